@@ -68,6 +68,8 @@ SEEDED, SEEDED_POSES = "bit-star, seeded, turns anywhere, 50 ms", "pose-rrt-star
 AS_LONG, AS_LONG_POSES = "bit-star, seeded, turns anywhere, 1.3 s", "pose-rrt-star, seeded, 1.3 s"
 """The same within AORRTC's limit: what the shorter one does to lengths."""
 POSE_MAPS = ("arena2", "den312d")
+DECIMALS = 9
+"""Of lengths that are compared: one curve that both find, summed in another order, is as long."""
 AGAIN = 15
 """Calls with next to nothing to search."""
 FIRST_PATH = ("rrt-connect, no shortcuts", "OMPL RRTConnect")
@@ -260,7 +262,7 @@ def bench(quick: bool) -> Section:
             fewer.append(f"{name} ({many[0].middle:.0f} compared with {many[1].middle:.0f})")
         for who in (best, as_long):
             both = [
-                (a.length, b.length)
+                (round(a.length, DECIMALS), round(b.length, DECIMALS))
                 for a, b in zip(got[who], got["OMPL AORRTC"], strict=True)
                 if a.length is not None and b.length is not None and getattr(b, "free", True)
             ]

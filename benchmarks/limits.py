@@ -75,6 +75,11 @@ def unanswered(records: Iterable[Mapping[str, Any]]) -> list[str]:
     return out
 
 
+def _asked(claim: str, words: str) -> float:
+    """The number behind these words of a claim."""
+    return float(claim.split(f"{words} ")[1].split(" ")[0])
+
+
 def _ends(values: list[float], form: str = ".2f") -> str:
     low, high = f"{min(values):{form}}", f"{max(values):{form}}"
     return low if low == high else f"{low} to {high}"
@@ -138,7 +143,7 @@ def _bytes_written(claim: str, figures: Figures) -> str:
 def _cold(claim: str, figures: Figures) -> str:
     """Repairs with cold caches: the same with warm ones."""
     task = claim.split(": at least")[0]
-    least = float(claim.split("at least ")[1].split(" ")[0])
+    least = _asked(claim, "at least")
     cold = next((f for f in figures.values() if f.task == task), None)
     warm = next((f for f in figures.values() if f.task == task.replace(", cold", ", warm")), None)
     if cold is None or warm is None or warm.ratio is None:
@@ -303,7 +308,7 @@ def _of_the_path(claim: str, figures: Figures) -> str:
         figures.get(f"{task}, weight {weight}, {what}")
         for what in (EXPANDED, NEEDED, PER_MOTION, IN_PLANNING)
     )
-    most = float(claim.split("at most ")[1].split(" ")[0])
+    most = _asked(claim, "at most")
     if not (share and needed and each and proof):
         return ""
     if needed.ours.middle > most:
@@ -327,7 +332,7 @@ def _of_the_path(claim: str, figures: Figures) -> str:
 
 def _path_alone(claim: str, figures: Figures) -> str:
     """pad compared with lattice: the motions of the path alone, by robot and weight."""
-    least = float(claim.split("at least ")[1].split(" ")[0])
+    least = _asked(claim, "at least")
     told = []
     for f in figures.values():
         alone = re.search(r"the path alone: ([0-9.]+) times fewer", f.note)
@@ -399,7 +404,7 @@ def _starts(claim: str, figures: Figures) -> str:
 
 def _states(claim: str, figures: Figures) -> str:
     """SIPP's search compared with the textbook's: how many states each expands, for ours looks for a cheap path, too."""
-    least = float(claim.split("at least ")[1].split(" ")[0])
+    least = _asked(claim, "at least")
     ours, theirs, many, few = [], [], [], []
     for f in figures.values():
         counted = figures.get(f"{f.task.replace('search alone', STATES)} | textbook")
@@ -422,7 +427,7 @@ def _states(claim: str, figures: Figures) -> str:
 
 def _shortcuts(claim: str, figures: Figures) -> str:
     """Planners of poses compared with one that makes no shortcuts."""
-    least = float(claim.split("at least ")[1].split(" ")[0])
+    least = _asked(claim, "at least")
     over = re.findall(r"(?:^|, |: )([a-z0-9-]+), (lattice, weight 1.5, tolerance) \(", claim)
     pairs = [
         (
@@ -445,7 +450,7 @@ def _shortcuts(claim: str, figures: Figures) -> str:
 
 def _samples(claim: str, figures: Figures) -> str:
     """RRT-Connect compared with OMPL's on each map: what a call costs, and samples one after the other."""
-    least = float(claim.split("at least ")[1].split(" ")[0])
+    least = _asked(claim, "at least")
     each = [f for f in figures.values() if f.asked == least and f.theirs and f.rival == "OMPL RRTConnect"]
     over = [f for f in each if f"{f.task} (" in claim]
     if not over:

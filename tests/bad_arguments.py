@@ -116,7 +116,7 @@ def samples() -> dict[str, dict[str, Any]]:
         "Study": {"name": "x", "kind": "plan", "worlds": (), "planners": (), "laws": ()},
         "RandomWalk": {"count": 1}, "Crossing": {"count": 1},
         "Patrol": {"waypoints": ((0, 0),)}, "Recorded": {"track": ((0, 0),)},
-        "Edit": {"tick": 1}, "Sensor": {"range_m": 1.0},
+        "Edit": {"tick": 1}, "Sensor": {"range_m": 1.0}, "ObstacleTrack": {"obstacle": 0, "track": ((0, 0),)},
         "ObstacleStates": {"xy": xy, "radius": np.ones(2), "top_speed": np.ones(2)},
         "Track": {"t": np.array([0.0, 1.0]), "xy": xy, "radius": 1.0, "top_speed": 1.0},
         "Adversary": {"top_speed": 1.0}, "FaultySensor": {"kind": "stops", "at": 1.0},

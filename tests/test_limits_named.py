@@ -378,6 +378,8 @@ ASKED: dict[str, str] = {
     "planning.spacetime.search.MOST_STATES": NOT_INPUT + "memory of a search, tests/test_memory.py",
     "planning.spacetime.intercept.MOST_BYTES": NOT_INPUT + "memory of a search",
     "planning.spacetime.session.MOST_UNROLLED": NOT_INPUT + "ticks of tracks written out",
+    "planning.adgso.next_steps.MOST_KNOWN": NOT_INPUT
+    + "jumps that are remembered; cells that share a place take turns",
     "planning.graph.expanded.MOST_NS": NOT_INPUT + "time of a search that is recorded",
     "races.race.MOST_CALLS": NOT_INPUT + "planning calls that are timed",
     "model.race.race.MOST_RACERS": "app/test_app_race.py",

@@ -10,6 +10,7 @@ from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.graph.astar import AStar
+from lampyris.planning.map_models import quadtree
 from lampyris.planning.map_models.quadtree import Quadtree, leaves_of
 from lampyris.referee import check_plan
 from lampyris.testing import check_planner
@@ -47,6 +48,26 @@ def test_leaves_cover_the_map_once_and_cannot_be_joined(shape: tuple[int, int]) 
         around = whole[y // twice * twice :, x // twice * twice :][:twice, :twice]
         assert twice > leaves.leaf.shape[0] or (around.any() and not around.all())
     assert (covered[: shape[0], : shape[1]] == 1).all()
+
+
+def test_leaves_are_cut_band_by_band_and_asked_to_stop_in_between(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A plan on 1024 x 1024 once went on for 57 ms after it was cancelled, all of it here."""
+    asked: list[int] = []
+    monkeypatch.setattr(quadtree, "checkpoint", lambda: asked.append(1))
+    rng = np.random.default_rng(87)
+    for _ in range(20):
+        free = rng.random(rng.integers(1, 40, 2)) < rng.choice([0.5, 0.97, 1.0])
+        monkeypatch.setattr(quadtree, "_PART", 1 << 18)
+        asked.clear()
+        whole, few = leaves_of(free), len(asked)
+        monkeypatch.setattr(quadtree, "_PART", int(rng.integers(1, 200)))
+        asked.clear()
+        cut = leaves_of(free)
+        assert cut.free == whole.free
+        np.testing.assert_array_equal(cut.leaf, whole.leaf)
+        np.testing.assert_array_equal(cut.boxes, whole.boxes)
+        assert len(asked) >= few >= 2
+    assert len(asked) > 4
 
 
 @pytest.mark.parametrize("name", NAMES)

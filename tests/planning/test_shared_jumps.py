@@ -47,6 +47,14 @@ def test_traces_are_those_of_first_simulations(planner: AdGso) -> None:
         assert run(shared, planner, seed=seed) == fresh(seed, planner)
 
 
+@pytest.mark.parametrize("places", [1, 8, 64])
+def test_cells_that_share_a_place_take_turns(places: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    known = [fresh(seed, AdGso()) for seed in range(4)]
+    field_cache._spare.cache_clear()
+    monkeypatch.setattr(next_steps, "MOST_KNOWN", places)
+    assert [fresh(seed, AdGso()) for seed in range(4)] == known
+
+
 def test_settings_do_not_mix() -> None:
     shared = scene()
     for seed in range(4):

@@ -155,7 +155,7 @@ def test_tracks_that_jump_are_refused(planner, settings, track, period: int | No
 
 
 def test_tracks_without_cells_or_with_an_impossible_period_are_refused() -> None:
-    with pytest.raises(SettingError, match="obstacle 3 has an empty track"):
+    with pytest.raises(SettingError, match=re.escape("obstacle 3: track (); allowed: at least one cell")):
         ObstacleTrack(3, ())
     for period in (0, -1, 3):
         with pytest.raises(SettingError, match=f"period {period}; allowed: None, or 1 to 2"):

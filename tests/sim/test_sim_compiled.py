@@ -103,6 +103,17 @@ def test_maps_too_large_to_be_kept_are_compiled(planner: str, monkeypatch: pytes
     assert differ(by_tick(one), loop.run(scene, who, **settings)) == []
 
 
+def test_a_route_longer_than_there_is_room_for_is_planned(monkeypatch: pytest.MonkeyPatch) -> None:
+    use(monkeypatch, "compiled")
+    blocked = np.zeros((182, 182), dtype=bool)
+    blocked[1::4, :-1] = blocked[3::4, 1:] = True
+    scene = Scene(Grid(blocked), (0, 0), (0, 100), traffic=(RandomWalk(400),))
+    who, settings = registry.make("sipp", {}), {"seed": 1, "ticks": 12}
+    known = by_tick(loop.Simulation(scene, who, **settings))
+    assert differ(known, loop.run(scene, who, **settings)) == []
+    assert len(loop.Simulation(scene, who, **settings).state.following.route) > 8 * (184 + 184)
+
+
 def test_what_the_kernel_does_not_know_is_left_to_the_loop() -> None:
     who = registry.make("astar", {})
     assert supported(loop.Simulation(scene_of("all kinds"), who))

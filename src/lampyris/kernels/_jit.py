@@ -203,23 +203,21 @@ class Kernel:
         self._arity = len(names)
         self._halts = names[-1:] == ("halt",)
         self._spent = 0
-        self._costly = False
+        self._expensive = False
         self._compiled: Callable[..., Any] | None = None
         self._called: Callable[..., Any] | None = None
         self._linked: Callable[..., Any] | None = None
         KERNELS.append(self)
 
     def __call__(self, *args: Any) -> Any:
-        # Simulations call small kernels thousands of times a second: few steps of Python's on the way.
-        run = self._run if self._compiled is None else self._in_machine_code
         if not self._halts:
-            return run(args)
+            return self._run(args)
         if len(args) < self._arity:
             args = self.complete(args)
         halt = args[-1]
         if halt[0]:
             cancellation.raise_cancelled()
-        result = run(args)
+        result = self._run(args)
         if halt[0]:
             cancellation.raise_cancelled()
         return result
@@ -281,9 +279,9 @@ class Kernel:
         return "numba" in sys.modules and self._left() < self.price(args)
 
     def expect(self, calls: int, *args: Any) -> None:
-        """Say that so many calls like this one are about to come: where all of them together cost too much in plain form, this
-        kernel runs in it no more."""
-        self._costly = self._costly or self._left() < calls * self.price(args)
+        """Say that so many calls like this one are about to come: where all of them together take too long in plain form,
+        none is made in it."""
+        self._expensive = self._expensive or self._left() < calls * self.price(args)
 
     def _left(self) -> int:
         """What may still be spent in plain form."""
@@ -293,7 +291,7 @@ class Kernel:
         global _spent
         if jit_disabled():
             return True
-        if _compiled_only.depth or self._costly:
+        if _compiled_only.depth or self._expensive:
             return False
         price = self.price(args)
         if price > self._left():

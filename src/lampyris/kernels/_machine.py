@@ -206,11 +206,14 @@ def edition(folder: Path = HERE) -> str:
     return whole.hexdigest()[:16]
 
 
-def _sources(folder: Path) -> Iterator[str]:
+def _sources(folder: Path | str) -> Iterator[str]:
     # Every process that runs machine code asks; what is kept beside them may be thousands of files.
-    for where, folders, names in os.walk(folder):  # bits: the caller sorts the files
-        folders[:] = [name for name in folders if name != "__pycache__"]
-        yield from (os.path.join(where, name) for name in names if name.endswith(".py"))
+    for name in sorted(os.listdir(folder)):
+        path = os.path.join(folder, name)
+        if name.endswith(".py"):
+            yield path
+        elif "." not in name and name != "__pycache__" and os.path.isdir(path):
+            yield from _sources(path)
 
 
 @cache

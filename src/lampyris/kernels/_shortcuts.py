@@ -157,12 +157,11 @@ def _what_is_new(refresh: Callable[[Any], None]) -> Callable[[Any], None]:
     Its context is copied for each function that is compiled; all copies have one table of registries.
     """
     known: list[tuple[Any, dict[Any, int]]] = []
-    """Tables, of which there are a few in a process, and how many declarations each of their registries had."""
 
     def refreshed(self: Any) -> None:
         table = self._registries
-        sizes = next((many for other, many in known if other is table), None) if _ours.depth else None
-        if sizes is None:
+        sizes = next((found for one, found in known if one is table), None)
+        if not _ours.depth or sizes is None:
             refresh(self)
             if _ours.depth:
                 known.append((table, {one: _declared(one) for one in table}))

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from lampyris._core.noun import Noun
-from lampyris.errors import SettingError
+from lampyris._core.scalars import is_whole
+from lampyris.errors import SettingError, shown
 from lampyris.model.path import Pose
 from lampyris.typing import Cell
 
@@ -43,17 +45,19 @@ class ObstacleTrack(Noun):
     footprint: tuple[Cell, ...] = ((0, 0),)
 
     def __post_init__(self) -> None:
-        known = len(self.track)
+        track: Any = self.track
+        known = len(track) if isinstance(track, (tuple, list)) or getattr(track, "ndim", 0) == 2 else 0
         if not known:
             raise SettingError(
                 "OBSTACLE_TIME",
-                f"obstacle {self.obstacle} has an empty track",
-                where="track",
-                allowed="at least one cell",
+                f"track {shown(track)}",
+                where=f"obstacle {shown(self.obstacle)}",
+                allowed="at least one cell (x, y)",
             )
-        if self.period is not None and not 1 <= self.period <= known:
+        period: Any = self.period
+        if period is not None and not (is_whole(period, 1) and period <= known):
             raise SettingError.of(
-                "OBSTACLE_TIME", "period", str(self.period), where=f"obstacle {self.obstacle}",
+                "OBSTACLE_TIME", "period", shown(period), where=f"obstacle {shown(self.obstacle)}",
                 allowed=f"None, or 1 to {known}, the cells of its track",
             )  # fmt: skip
 

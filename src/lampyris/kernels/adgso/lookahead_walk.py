@@ -35,10 +35,11 @@ from lampyris.kernels.adgso.walk import (
     weigh,
 )
 
-NEXT, COST, REACH, STEPS, CHAIN = 0, 1, 2, 3, 4
-"""Places in ``known``, KNOWN a cell: the cell jumped to (0: not known), window cells looked at, how far from
-the cell the jump depends on what stands there, its steps, whether they are the chain of parents."""
-KNOWN = 5
+NEXT, COST, REACH, STEPS, CHAIN, FROM = 0, 1, 2, 3, 4, 5
+"""Places in ``known``, KNOWN a jump: the cell jumped to, window cells looked at, how far from
+the cell the jump depends on what stands there, its steps, whether they are the chain of parents, the cell (0: none is
+known here)."""
+KNOWN = 6
 
 
 @kernel()
@@ -94,24 +95,26 @@ def walk_known(
 
     Parameters
     ----------
-    known : see NEXT; for one field and one set of settings.
+    known : see NEXT; zeros to begin with, for one field and one set of settings. Room for a power of two of jumps: those of
+        cells that share a place take turns.
     marks, marked : x and y of every cell that bears OBSTACLE in ``shut``, and how many there are.
     lower : 1 if only cells of lower luciferin can be in the way: steps may cut corners.
     wanted : steps of the path after the first sub-path that must be in ``path``; further ones may be missing,
         and ``tally[LENGTH]`` counts them.
     """
+    places = len(known) // KNOWN - 1
     while True:
         at = tally[AT]
         if at == setup[GOAL]:
             return ARRIVED
         if stopped(halt):
             return SPENT
-        k = KNOWN * at
+        k = KNOWN * (at & places)
         done = tally[LENGTH] - 1
         write = tally[FIRST] == 0 or done < tally[FIRST] + wanted
         if write and done + len(sub_path) > len(path) - 1:
             return FULL
-        if known[k] != 0 and not minds(at, known[k + REACH], lower, setup[WIDTH], luc, marks, marked):
+        if known[k + FROM] == at and not minds(at, known[k + REACH], lower, setup[WIDTH], luc, marks, marked):
             if not write or known[k + CHAIN] != 0:
                 tally[LOOKED] += known[k + COST]
                 if tally[LOOKED] > tally[ALLOWED]:
@@ -156,10 +159,11 @@ def walk_known(
                 weigh(terrain, setup, at, rings, ring_dx, ring_dy, ring_at, mark, toll)
                 measure(mark, wall, toll, near, price, dist, queue, queued)
             steps = trace(setup, at, ring_at[c], mark, wall, toll, near, price, dist, sub_path)
-        if known[k] == 0 and not again:
+        if known[k + FROM] != at and not again:
             reach = extent(at, chosen, lower, setup[WIDTH], cost, luc, step, far)
             if reach >= 0 and not minds(at, max(reach, rings), lower, setup[WIDTH], luc, marks, marked):
                 known[k] = chosen
+                known[k + FROM] = at
                 known[k + COST] = looked
                 known[k + REACH] = max(reach, rings)
                 known[k + STEPS] = steps

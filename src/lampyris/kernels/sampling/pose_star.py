@@ -44,6 +44,8 @@ LOCAL = 0x80000000
 """Of 2**32 samples so many are near the path."""
 YAW = 0.6
 """Radians by which the yaw of a sample near the path differs from the path's, at most."""
+FINER = 3
+"""Samples near the path are up to half a ``STEP`` from it, or that halved 1, 2, ... times, up to so many; a bit mask."""
 # Entries of ``whole`` after those of ``pose_connect``: how many roots and goals there are.
 ROOTS, GOALS = 8, 9
 # Entries of ``count``.
@@ -141,7 +143,8 @@ def _draw(cells, beacons, whole, numbers, target, count):
     turn = drawn(key, at + 3) / WHOLE
     if len(beacons) > 0 and drawn(key, at) < LOCAL:
         k = 3 * ((drawn(key, at + 4) * (len(beacons) // 3)) >> 32)
-        share = drawn(key, at + 5) / WHOLE
+        close = drawn(key, at + 5)
+        share = close / WHOLE / (1 << (close & FINER))
         wide = share * numbers[u64(STEP)]
         target[u64(0)] = beacons[u64(k)] + across * wide
         target[u64(1)] = beacons[u64(k + 1)] + along * wide
@@ -172,7 +175,7 @@ def improve_poses(
     ----------
     wall, clear, px, py, cover, cells : see :func:`lampyris.kernels.sampling.pose_connect.connect_poses`.
     beacons : float64 (3 k,): poses of the path.
-    whole : int64 (10,); numbers : float64 (8,): see there. ``STEP``: samples near the path are half as far from it, at most.
+    whole : int64 (10,); numbers : float64 (8,): see there. ``STEP``: see :data:`FINER`.
     nodes : float64 (4 room,): x, y, yaw and cost; infinite: a goal that is not reached.
     parent, child, after, before : int32 (room,): see :mod:`lampyris.kernels.sampling.tree`.
     paid, pieces : float64 (room,), (15 room,): costs of the curves from the parents, and the curves.

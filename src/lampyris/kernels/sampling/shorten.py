@@ -9,7 +9,7 @@ from lampyris.kernels.sampling.lines import line_free
 from lampyris.kernels.sampling.tree import EQUAL
 
 
-@kernel(out=("best", "before"), of="best", each=50_000)
+@kernel(out=("best", "before"), of="best", each=150_000)
 def shorten(free, even, stride, rule, x, y, best, before, halt):
     """For each point the shortest path of free lines from the first through earlier points.
 

@@ -7,7 +7,7 @@ it is and where it was a tick before. Equal to what :mod:`lampyris.planning.spac
 from __future__ import annotations
 
 from lampyris.kernels._jit import kernel
-from lampyris.kernels.spacetime.timed_search import FOUND, NEVER, clean, sipp
+from lampyris.kernels.spacetime.timed_search import FOUND, FULL, NEVER, clean, sipp
 
 
 @kernel(out=("values",))
@@ -299,7 +299,8 @@ def live_search(
     slot .. later : room; ``counts`` has what was touched last. The intervals are made only where a search needs them.
     arrive .. tie : room, one more than cells and intervals, as :func:`lampyris.kernels.spacetime.timed_search.clean` leaves
         it.
-    route, enter, length : the route that is driven, its ticks and cells; the new one is written over it, if it is found.
+    route, enter, length : the route that is driven, its ticks and cells; the new one is written over it, if it is found. The
+        ending FULL says that there is no room for it.
     result : out, int64 (8,): of the search; at 4 the number of cells, at 5 whether the route is the old one.
     """
     watch(where, step_x, step_y, new, obstacles, now, known, stood_at, since)
@@ -350,6 +351,8 @@ def live_search(
     )  # fmt: skip
     if result[0] == FOUND and at >= 0 and last - tie[result[4] - 1] <= margin:
         keep_on(route, enter, at, length, tick, result)
+    elif result[4] > len(route):
+        result[0] = FULL
     else:
         for k in range(result[4]):
             route[k] = key[k]

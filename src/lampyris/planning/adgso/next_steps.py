@@ -23,6 +23,8 @@ from lampyris.planning.base import AnswersInTicks, NextSteps
 from lampyris.planning.field.repair import Padded
 
 Spare: TypeAlias = list[tuple[tuple[Any, ...], Any, tuple[Any, ...]]]
+MOST_KNOWN = 1 << 12
+"""Jumps that are remembered at most; 24 bytes each."""
 SPARED = 4
 """Finders whose work is kept on one field with one set of settings."""
 
@@ -59,15 +61,17 @@ class StepFinder:
         self._answers: AnswersInTicks | None = None
         left = _left_in(spare)
         if left is None:
-            shut = walls(ground).astype(np.int64)
-            cost = frozen(ground.cost.astype(np.int64))  # one width: compiling the kernel takes seconds
-            known = np.zeros(KNOWN * len(cost), dtype=np.int64)
+            shut = walls(ground)
+            # One width: compiling the kernel takes seconds. Of a field that has it no copy is made.
+            cost = frozen(ground.cost.astype(np.int64, copy=False).view())
+            known = np.zeros(KNOWN * min(MOST_KNOWN, 1 << len(cost).bit_length()), dtype=np.int32)
             lower = moves.corner_cutting or not any(dx and dy for dx, dy in moves.offsets)
             field = (cost, ground.luciferin, ground.step, shut, ground.terrain)
             setup, others = walker.arrays()
             left = field, setup, (*others, known, int(lower), wanted)
         self._left = left
-        self._field, setup, rest = left
+        self._field: tuple[Any, ...] = left[0]
+        _, setup, rest = left
         self._rest: tuple[Any, ...] = (setup, self._tally, self._path, *rest)
 
     def __del__(self) -> None:

@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.cancellation import checkpoint
 from lampyris.kernels.graph.search import FOUND
 from lampyris.kernels.map_models.quadtree import leaf_search, pulled
 from lampyris.model.moves import Moves
@@ -53,6 +54,10 @@ class Quadtree:
         return GraphSession(scene, self.name, make, optimal=False)
 
 
+_PART = 1 << 18
+"""Cells of a map that are cut between two cancellation checks, rows of leaves at least."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Leaves:
     """The leaves of a quadtree.
@@ -83,19 +88,24 @@ def leaves_of(free: BoolGrid) -> Leaves:
         above: tuple[BoolGrid, ...] = tuple(
             _blocks(one) if size < side else np.zeros((1, 1), dtype=bool) for one in full
         )
+        band = max(2, _PART // (size * side) & ~1)
         for kind, (one, parent) in enumerate(zip(full, above, strict=True)):
-            covered = np.repeat(np.repeat(parent, 2, 0), 2, 1) if size < side else parent
-            y, x = np.nonzero(one & ~covered)
-            inside = (x * size < width) & (y * size < height)
-            x, y = x[inside], y[inside]
-            sizes = np.full_like(x, size)
-            kinds[kind].append(np.stack((x * size, y * size, sizes, np.full_like(x, 1 - kind)), axis=1))
-            if kind == 0:
-                ids = np.full(one.shape, -1, dtype=np.int32)
-                ids[y, x] = np.arange(count, count + len(x), dtype=np.int32)
-                count += len(x)
-                spread = np.repeat(np.repeat(ids, size, 0), size, 1)
-                np.maximum(leaf, spread, out=leaf)
+            for top in range(0, len(one), band):
+                checkpoint()
+                rows = one[top : top + band]
+                covered = np.repeat(np.repeat(parent[top // 2 : (top + band) // 2], 2, 0), 2, 1)
+                y, x = np.nonzero(rows & ~covered if size < side else rows)
+                inside = (x * size < width) & ((y + top) * size < height)
+                x, y = x[inside], y[inside]
+                boxes_of = (x * size, (y + top) * size, np.full_like(x, size), np.full_like(x, 1 - kind))
+                kinds[kind].append(np.stack(boxes_of, axis=1))
+                if kind == 0 and len(x):
+                    ids = np.full(rows.shape, -1, dtype=np.int32)
+                    ids[y, x] = np.arange(count, count + len(x), dtype=np.int32)
+                    count += len(x)
+                    spread = np.repeat(np.repeat(ids, size, 0), size, 1)
+                    there = leaf[top * size : (top + band) * size]
+                    np.maximum(there, spread, out=there)
         if size == side:
             break
         full, size = above, 2 * size

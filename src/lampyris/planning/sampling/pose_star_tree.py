@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.kernels.curves.sampling import sample
-from lampyris.kernels.sampling import pose_connect, pose_star
+from lampyris.kernels.sampling import pose_connect, pose_star, pose_steps
 from lampyris.kernels.sampling.tree import cut, hang
 from lampyris.planning.lattice.shortcut import DRIVES, ShortcutShape
 from lampyris.planning.sampling.pose_trees import CellPose, PoseTask
@@ -18,6 +19,8 @@ _APART = 2.0
 """Cells between poses of the path near which samples are drawn, about."""
 _NOTHING = 2e-6
 """Cells, and radians, below which a segment is left out."""
+_OFF = 2e-4
+"""Cells, and radians, by which segments that are left out may move the end of a path, all together."""
 
 
 class PoseStarTree:
@@ -136,6 +139,50 @@ class PoseStarTree:
                 return
             self._grow()
 
+    def stepped(self, first: CellPose, segments: Floats, step: float, which: int) -> Floats | None:
+        """The segments of a free path after steps of its poses, each of which made it cheaper; None: none did.
+
+        Parameters
+        ----------
+        first : where the path begins.
+        segments : float64 (n, 3): length, turn and lateral of its segments.
+        step : cells.
+        which : of its poses: the middles of the first, third, ... segment (0), of the others (1), or where segments meet (2).
+        """
+        hybrid_map = self._task.hybrid_map
+        border = hybrid_map.border
+        begin = (first[0] + border, first[1] + border, first[2])
+        halves = np.repeat(segments * (0.5, 0.5, 1.0), 2, axis=0)
+        ends = np.zeros(3 * len(halves))
+        sample(*begin, *halves.T.copy(), np.ones(len(halves), dtype=np.int64), ends)
+        begins, every = ((1, 4), (3, 4), (2, 2))[which]
+        cuts = [0, *range(begins, len(halves), every), len(halves)]
+        many = len(cuts)
+        nodes, pieces = np.zeros((many + 1, 4)), np.zeros((many, 5, 3))
+        nodes[0, :3], nodes[1:-1, :3] = begin, ends.reshape(-1, 3)[np.array(cuts[1:]) - 1]
+        at = 4 * (self._roots + _nearest(float(nodes[many - 1, 2]), self._task.goals))
+        goal = self._nodes[at : at + 3].copy()
+        goal[2] = nodes[many - 1, 2] + math.remainder(goal[2] - nodes[many - 1, 2], 2 * math.pi)
+        nodes[many - 1, :3] = goal
+        for k, (i, j) in enumerate(pairwise(cuts), 1):
+            pieces[k, : j - i] = halves[i:j]
+        paid = self._robot.costs(pieces.reshape(-1, 3)).reshape(-1, 5).sum(axis=1)
+        vertices = np.array(hybrid_map.shape.footprint)
+        flat_nodes, flat_pieces = nodes.ravel(), pieces.ravel()
+        better = pose_steps.step_poses(
+            hybrid_map.walls, hybrid_map.clear, vertices[:, 0].copy(), -vertices[:, 1], hybrid_map.shape.cover.ravel(),
+            self._whole, self._numbers, step, flat_nodes, paid, flat_pieces, np.zeros(5), np.zeros(30), np.zeros(3),
+            np.zeros(5), np.zeros(5, dtype=np.int64),
+        )  # fmt: skip
+        if not better:
+            return None
+        parts = _parts(flat_pieces.reshape(-1, 3))
+        ends = np.zeros(3 * len(parts))
+        sample(*begin, *parts.T.copy(), np.ones(len(parts), dtype=np.int64), ends)
+        off = ends[-3:] - goal
+        off[2] = math.remainder(off[2], 2 * math.pi)
+        return parts if float(np.abs(off).max()) < _OFF else None
+
     def _grow(self) -> None:
         """Twice the room."""
         for name in ("_nodes", "_pieces", "_paid", "_parent", "_child", "_after", "_before"):
@@ -151,9 +198,8 @@ class PoseStarTree:
             parts.append(self._pieces[15 * node : 15 * node + 15].reshape(5, 3))
             node = int(self._parent[node])
         rows = np.concatenate(parts[::-1]) if parts else np.zeros((0, 3))
-        far = np.where(rows[:, 0] != 0, np.abs(rows[:, 0]), np.abs(rows[:, 1]))
         x, y, yaw = self._nodes[4 * node : 4 * node + 3].tolist()
-        return (x - border, y - border, yaw), rows[far >= _NOTHING]
+        return (x - border, y - border, yaw), _parts(rows)
 
     def edges(self) -> Floats:
         """Lines from nodes to their parents, for pictures: x0, y0, x1, y1, cells; float64 (m, 4)."""
@@ -161,6 +207,13 @@ class PoseStarTree:
         used = np.flatnonzero(self._parent[:n] >= 0)
         xy = self._nodes[: 4 * n].reshape(n, 4)[:, :2] - self._task.hybrid_map.border
         return np.concatenate((xy[used], xy[self._parent[used]]), axis=1)
+
+
+def _parts(rows: Floats) -> Floats:
+    """The segments that lead anywhere."""
+    far = np.where(rows[:, 0] != 0, np.abs(rows[:, 0]), np.abs(rows[:, 1]))
+    parts: Floats = rows[far >= _NOTHING]
+    return parts
 
 
 def _nearest(yaw: float, poses: tuple[CellPose, ...]) -> int:

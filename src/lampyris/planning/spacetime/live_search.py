@@ -31,6 +31,9 @@ MOST_STAYS = 1000
 MOST_CELLS = 1 << 20
 """Cells of a map up to which there is room for each session of its own, 50 bytes a cell."""
 
+SMALL = 1 << 15
+"""Cells of a map up to which there is room for a route through all of them."""
+
 _Ints = NDArray[np.int64]
 
 
@@ -63,9 +66,12 @@ class LiveSearch:
             search.kinds,
             *search.ground,
         )
+        self._answers: AnswersInTicks | None = None
         self._settings = (horizon, int(forecast == "velocity"), MOST_STAYS, margin)
         self._horizon = horizon
-        self._route, self._enter = np.zeros((2, len(inside)), dtype=np.int64)
+        # On large maps hardly any route is as long as there are cells; for one that is longer room is made.
+        cells = len(inside)
+        self._route_for(cells if cells <= SMALL else 8 * (self._stride + cells // self._stride))
         self._length = 0
         self._result = np.zeros(8, dtype=np.int64)
         self._now = self._known = 0
@@ -80,9 +86,9 @@ class LiveSearch:
 
     def _make_room(self, obstacles: int) -> None:
         """Room for so many obstacles."""
-        n = len(self._route)
+        n = len(self._map[1])
         self._most = obstacles
-        self._answers: AnswersInTicks | None = None
+        self._answers = None
         ranges, bans = obstacles * (self._horizon + 4), 3 * obstacles * (self._horizon + 1)
         cells = ranges + bans + 1
         intervals = ranges + cells
@@ -97,6 +103,11 @@ class LiveSearch:
         states = n + intervals + 1
         self._states: tuple[Any, ...] = StateRoom.of(states)
 
+    def _route_for(self, cells: int) -> None:
+        """Room for a route of so many cells."""
+        self._route, self._enter = np.zeros((2, cells), dtype=np.int64)
+        self._answers = None
+
     def recall(self, stood: dict[int, tuple[Cell, int]], current: TimedSearchResult | None) -> None:
         """Begin with what the session remembers: since when obstacles have stood where, and the route that is driven."""
         if len(stood) > self._most:
@@ -108,6 +119,8 @@ class LiveSearch:
         if current is not None and current.cells is not None and current.ticks is not None:
             x, y = current.cells.astype(np.int64).T
             self._length = len(x)
+            if len(x) > len(self._route):
+                self._route_for(2 * len(x))
             self._route[: len(x)] = (y + 1) * self._stride + x + 1
             self._enter[: len(x)] = current.ticks
 

@@ -157,10 +157,10 @@ class TimedSession(SessionBase):
     ) -> tuple[AnswersInTicks, int] | None:
         """The same before the first call, with the states that were expanded to begin with."""
         ends = self._robot, self._scene.goal
-        if not live or not self._shares or not all(self._free[y, x] for x, y in ends):
+        if not live or not all(self._free[y, x] for x, y in ends):
             return None
-        self._search, self._shares = shared_search(self._scene, self._moves), False
-        search = self._recalled() if self._search.steps_left(self._robot) >= 0 else None
+        self._laid_search()
+        search = self._recalled()
         if search is None:
             return None
         search.make_room(obstacles)
@@ -252,13 +252,10 @@ class TimedSession(SessionBase):
         if not self._free[goal[1], goal[0]]:
             return Plan(Status.GOAL_OCCUPIED, self._name)
         first = self._search is None and self._shares
-        if first:
-            self._search, self._shares = shared_search(self._scene, self._moves), False
-        if self._search is None:
-            self._search = TimedSearch(self._free, self._moves, goal, self._scene.grid.terrain)
-        if self._search.steps_left(start) < 0:
+        search = self._laid_search()
+        if search.steps_left(start) < 0:
             return Plan(Status.NO_PATH, self._name, iterations=1)
-        seen = seen_at(change, self._search, budget) if first and start != goal else None
+        seen = seen_at(change, search, budget) if first and start != goal else None
         if seen is not None and self.next_steps(seen, 0) is not None:
             return self.whole_plan(change)
         tracks, closed = self._known_obstacles(change)
@@ -294,6 +291,15 @@ class TimedSession(SessionBase):
             commit=None if settled else 1,
             schedule=route.ticks,
         )
+
+    def _laid_search(self) -> TimedSearch:
+        """The search on the map as it is, one that sessions share where they may."""
+        if self._search is None and self._shares:
+            self._search = shared_search(self._scene, self._moves)
+        if self._search is None:
+            self._search = TimedSearch(self._free, self._moves, self._scene.goal, self._scene.grid.terrain)
+        self._shares = False
+        return self._search
 
     def _meeting(self, change: Change, budget: int | None) -> Plan:
         """The earliest meeting with a goal of known track."""

@@ -59,6 +59,7 @@ def plan_record(
         "optimal_cost": plan.optimal_cost,
         "gap": plan.gap,
         "length_m": plan.length_m,
+        **({} if plan.waypoints is None else lines_record(plan.waypoints, plan.any_angle_length)),
         "sum_cost_to_go": plan.sum_cost_to_go,
         "iterations": plan.iterations,
         "expansions": plan.expansions,
@@ -86,6 +87,11 @@ def plan_record(
         "speed": None if profile is None else profile_record(profile),
         "timing": dict(plan.timing),
     }
+
+
+def lines_record(waypoints: Cells | Floats, length: float | None) -> dict[str, Any]:
+    """Straight lines of a path: their ends and their length, cells."""
+    return {"waypoints": waypoints.tolist(), "any_angle_length": length}
 
 
 def model_record(plan: Plan, model: MapModel) -> dict[str, Any]:

@@ -184,7 +184,7 @@ class CompiledTicks:
         """Where obstacles are and what they did: ``where`` to ``gone`` of the kernel."""
         world, st = self._run.world, self._st
         where, step_x, step_y, gone = np.zeros((4, self._capacity), dtype=np.int64)
-        taken, left = np.zeros((2, self._room), dtype=np.int32)
+        taken, left = np.zeros((2, self._room), dtype=np.int16)  # room for more than MAX_OBSTACLES
         count = len(world.where)
         where[:count] = world.where
         if world.left:
