@@ -164,10 +164,13 @@ def _nodes(claim: str, figures: Figures) -> str:
     many = [figures[f"{name}, nodes of a query"].ours.middle for name in over]
     each = [names[name] for name in over]
     within = [ns for name, ns in names.items() if name not in over]
+    others = (
+        f" (on the other maps {_ends(within, ',.0f')}, few nodes and what a call costs)" if within else ""
+    )
     restated = _restated(f"at most {NS_A_NODE:,} ns a node on these maps", each, most=NS_A_NODE, form=",.0f")
     return (
         f"steps in sequence: a query there expands {_ends(many, ',.0f')} nodes one after the other, {_ends(each, ',.0f')} ns "
-        f"each (on the other maps {_ends(within, ',.0f')}, few nodes and what a call costs). {restated}"
+        f"each{others}. {restated}"
     )
 
 
@@ -269,7 +272,7 @@ def _native(claim: str, figures: Figures) -> str:
     over = re.findall(r"(stages, [^()]*?) \(\d", claim)
     there = [(figures.get(f"{task} | {NATIVE}"), figures.get(f"{task}, {NEW_MEMORY}")) for task in over]
     pairs = [(f, new) for f, new in there if f and f.theirs and new]
-    if not pairs:
+    if not pairs or len(pairs) < len(there):
         return ""
     shares = [f.ours.middle / (f.theirs.middle + new.ours.middle) for f, new in pairs if f.theirs]
     return (
@@ -337,11 +340,12 @@ def _path_alone(claim: str, figures: Figures) -> str:
             told.append((f.task, float(alone[1]), f.ratio))
     if not told or max(alone for _, alone, _ in told) >= least:
         return ""
-    others = [f.ratio for f in figures.values() if f.ratio is not None and f"{f.task} (" not in claim]
     each = "; ".join(f"{task}: {alone:.2f} times fewer, pad {ours:.2f}" for task, alone, ours in told)
+    shares = [alone / ours for _, alone, ours in told]
+    what = f"on these at most {TIMES_THE_PATH:g} times as many as its path has motions"
     return (
         f"the path itself: a search that comes to a path state by state expands each motion of it, even if nothing else. "
-        f"{each}. {_restated(f'without these at least {least:g} times fewer', others, least=least, form='.1f')}"
+        f"{each}. {_restated(what, shares, most=TIMES_THE_PATH)}"
     )
 
 
@@ -449,6 +453,8 @@ def _samples(claim: str, figures: Figures) -> str:
     least = _asked(claim, "at least")
     each = [f for f in figures.values() if f.asked == least and f.theirs and f.rival == "OMPL RRTConnect"]
     over = [f for f in each if f"{f.task} (" in claim]
+    if not over:
+        return ""
     calls, many = [], []
     for f in over:
         call, expanded = figures.get(f"{f.task}, {A_CALL}"), figures.get(f"{f.task}, {EXPANSIONS}")
@@ -498,6 +504,8 @@ WAITS = {"four-connected": 1, "dissertation": 2, "octile": 2, "sixteen-connected
 """Prices of a step, by moves."""
 MOST_WITH_PROOF = 0.25
 """Of the states that lattice expands, what is claimed of pad where its proof takes most of its own."""
+TIMES_THE_PATH = 1.5
+"""Expansions of pad for each motion of its path that are claimed where the motions alone are too many, by medians of both."""
 MOST_A_MOTION = 4.0
 """Expansions of pad for each motion of its path that are claimed in place of a share of lattice's."""
 

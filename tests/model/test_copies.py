@@ -21,6 +21,9 @@ from lampyris.model.change import Change, ObstacleTrack
 from lampyris.model.drive import PlannedTimes
 from lampyris.model.lattice.motion_primitives import Motion, MotionPrimitives
 from lampyris.model.plan import Jump, Plan
+from lampyris.model.traffic import Recorded
+from lampyris.referee import check_trace
+from lampyris.referee.simulations.plain_traffic import plainly_legal
 
 WAYS: dict[str, Callable[[Any], Any]] = {
     "copy": copy.copy,
@@ -155,3 +158,24 @@ def test_copies_plan_as_their_original() -> None:
         got = lampyris.plan(way(scene), "astar").cells
         assert got is not None
         assert got.tolist() == want.tolist()
+
+
+def test_truth_values_that_are_stored_as_other_bytes_are_walls_to_all() -> None:
+    """Kernels and the referee read bytes: its quick look at traces is for bytes that are 1, and saw no wall in a 2."""
+    raw = np.zeros((3, 5), dtype=np.uint8)
+    raw[1, 1], raw[1, 3] = 2, 255
+    aside = (Recorded(((0, 0),) * 9),)
+    free = lampyris.Scene(lampyris.Grid(np.zeros((3, 5), dtype=bool)), (0, 1), (4, 1), traffic=aside)
+    trace = lampyris.simulate(free, "astar")
+    assert check_trace(trace) is None
+    assert plainly_legal(trace) is not None
+    for blocked in (raw.view(np.bool_), np.asfortranarray(raw).view(np.bool_), raw[:, ::-1].view(np.bool_)):
+        grid = lampyris.Grid(blocked, unknown=blocked)
+        assert grid.unknown is not None
+        for cells in (grid.blocked, grid.unknown):
+            assert cells.view(np.uint8).tolist() == [[0] * 5, [0, 1, 0, 1, 0], [0] * 5]
+        through = dataclasses.replace(trace, scene=dataclasses.replace(free, grid=grid))
+        assert plainly_legal(through) is None
+        broken = check_trace(through)
+        assert broken is not None
+        assert broken.rule == "wall"

@@ -77,6 +77,7 @@ def test_the_compiled_kernel_walks_as_its_plain_form(name: str) -> None:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ant_walks, "pays", lambda *args: True)
+        patch.setattr(ant_walks, "_compiled", None)  # of another case; a call would run it
         patch.setattr(ant_walks, "_run", noted)
         for seed in (1, 2):
             scene = random_scene(seed + 10 * int(rng.integers(0, 9)))

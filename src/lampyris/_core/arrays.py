@@ -66,7 +66,7 @@ def distinct(values: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def any_true(mask: NDArray[np.bool_]) -> bool:
-    """Whether any element of a mask is True: of a few thousand in a tenth of the time of ``mask.any()``."""
+    """Whether any element of a mask, stored as 1, is True: of a few thousand in a tenth of the time of ``mask.any()``."""
     return b"\x01" in mask.tobytes()
 
 

@@ -367,7 +367,10 @@ def _bool_grid(value: ArrayLike, what: str) -> BoolGrid:
                 "GRID_TYPE", f"{what} has element type {array.dtype}", allowed="bool, or integers 0 and 1"
             )
         array = array.astype(np.bool_)
-    return frozen(np.array(array, dtype=np.bool_, order="C", copy=True))
+    cells = np.array(array, dtype=np.bool_, order="C", copy=True)
+    # A stored bool may be any byte, and one that is not 0 is True; kernels and the referee read bytes, 0 or 1.
+    np.not_equal(cells.view(np.uint8), 0, out=cells)
+    return frozen(cells)
 
 
 class GridKey:

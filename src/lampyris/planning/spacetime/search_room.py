@@ -86,7 +86,7 @@ class SearchRoom(threading.local):
         result : of the search: the second number says how many states it expanded.
         user : whose search it is: large room is not kept for longer than this lives.
         """
-        kept = self._held.pop() if self._held else None  # one that an exception stops leaves it in any state
+        kept = _taken(self._held)  # a search that an exception stops leaves it in any state
         if kept is None or len(kept.arrive) < states:
             kept = StateRoom.of(states)
         there = kept.first(states)
@@ -101,6 +101,14 @@ class SearchRoom(threading.local):
     def shrink(self, states: int) -> None:
         """Let go of this thread's room if it is for more states than that."""
         _shrink(self._held, states)
+
+
+def _taken(held: list[StateRoom]) -> StateRoom | None:
+    """Room taken out, so that no other thread has it; None: there is none."""
+    try:
+        return held.pop()
+    except IndexError:
+        return None
 
 
 def _shrink(held: list[StateRoom], states: int) -> None:
