@@ -8,7 +8,6 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from lampyris.kernels.spacetime.timed_search import NEVER, clean
 from lampyris.model.change import ObstacleTrack
