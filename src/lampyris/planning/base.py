@@ -5,7 +5,6 @@ Adding a planner is one file and one line: see CONTRIBUTING.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
@@ -16,6 +15,7 @@ from lampyris._core.cancellation import CancelToken
 from lampyris._core.exclusive import Exclusive, one_call
 from lampyris._core.scalars import MOST_WHOLE, is_real, is_whole
 from lampyris.errors import SettingError, shown
+from lampyris.kernels._jit import Kernel
 from lampyris.model.change import Change
 from lampyris.model.plan import Plan
 from lampyris.model.scene import Scene
@@ -207,7 +207,7 @@ class AnswersInTicks:
     path, enter : as in :class:`NextSteps`.
     """
 
-    kernel: Callable[..., Any]
+    kernel: Kernel
     asked: NDArray[np.int64]
     rest: tuple[Any, ...]
     path: NDArray[np.int64]

@@ -53,6 +53,8 @@ BLOCK = 64
 """Ticks whose draws are made at once, and for which there is room at first."""
 DRAWS = 65_536
 """Draws that are made at once, at most; those of one tick in any case."""
+APPEAR_NS = 300
+"""Nanoseconds that a cell takes in plain Python when the map is looked through for one at which an obstacle appears."""
 
 CAUSES = (
     "start", "limit", "ring 1", "ring 2", "angle", "goal", "acceleration", "braking", "waiting", "clearance", "obstacle",
@@ -148,7 +150,7 @@ class CompiledTicks:
         more = sum(
             w.spec.count - len(w.own) for w in self._walkers if w.spec.rate is not None
         )  # bits: whole numbers
-        self._capacity = max(len(world.where) + more, 1)
+        self._capacity, self._appearing = max(len(world.where) + more, 1), more > 0
         # One by one: a list of places takes several times as long.
         st[k.NOW], st[k.BASE] = state.now, state.now
         st[k.LAST_TICK] = -1 if state.last_tick is None else state.last_tick
@@ -377,14 +379,25 @@ class CompiledTicks:
 
     def _call(self, answers: AnswersInTicks | None) -> int:
         """Call the kernel; the reason to stop."""
-        return int(
-            (k.advance if answers is None else answers.kernel)(
-                self._st, *self._obstacles, self._draws, self._kinds, self._own, self._traffic[0], *self._tables[:2],
-                *self._traffic[1:], self._tables[2], self._route, self._enter_at,
-                self._robots, self._tracks, self._speeds, self._causes, self._events, self._marks, *self._law,
-                *(() if answers is None else (answers.asked, *answers.rest)),
-            )
+        kernel = k.advance if answers is None else answers.kernel
+        given = (
+            self._st, *self._obstacles, self._draws, self._kinds, self._own, self._traffic[0], *self._tables[:2],
+            *self._traffic[1:], self._tables[2], self._route, self._enter_at,
+            self._robots, self._tracks, self._speeds, self._causes, self._events, self._marks, *self._law,
+            *(() if answers is None else (answers.asked, *answers.rest)),
         )  # fmt: skip
+        appear = self._to_appear()
+        if appear:
+            kernel.expect(1 + appear * self._room * APPEAR_NS // kernel.price(given), *given)
+        return int(kernel(*given))
+
+    def _to_appear(self) -> int:
+        """Obstacles that may appear in this call, at most: the whole map is looked through for each."""
+        st = self._st
+        if not self._appearing:
+            return 0
+        ticks = int(st[k.STOP_AT]) - int(st[k.NOW])
+        return max(min(self._capacity - int(st[k.OBSTACLES]), ticks * int(st[k.WALKERS])), 0)
 
     def _prepare(self, last: int) -> int:
         """Draws and room for the next ticks; the tick to stop at."""
