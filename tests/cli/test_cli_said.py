@@ -6,7 +6,14 @@ import json
 from subprocess import CompletedProcess
 from typing import Any
 
+import numpy as np
+import pytest
+
+import lampyris
 from in_process import call
+from lampyris.cli.verbs.plan import print_plan
+from lampyris.planning.base import Budget
+from lampyris.planning.sampling.rrt_star import BitStar
 
 
 def said(*words: str) -> tuple[dict[str, Any], str]:
@@ -82,3 +89,26 @@ def test_a_drive_says_that_its_way_is_not_drawn_taut() -> None:
     assert f"note: {told}" in err
     for quiet in ((*shaped, "--smooth", "none"), ("env-1", "--obstacles", "0")):
         assert said("drive", *quiet)[0]["notes"] == []
+
+
+def test_a_plan_without_time_to_judge_it_is_printed_without_what_is_not_known(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    scene = lampyris.Scene(lampyris.load_grid("rooms-20"), start=(1, 1), goal=(18, 18))
+    rng = np.random.default_rng(0)
+    # As of a session: nothing has compared it with the optimum, or looked for gates.
+    found = BitStar(samples=500).open(scene, rng, record=False).plan(None)
+    assert found.status.value == "found"
+    print_plan(found, scene, None, explain=False)
+    out = capsys.readouterr().out
+    assert "; best not known, no time was left to find it\n" in out
+    assert "gates:" not in out
+    stopped = BitStar(seed_after=None).open(scene, rng, record=False).plan(None, Budget(expansions=1))
+    assert stopped.status.value == "limit"
+    print_plan(stopped, scene, None, explain=False)
+    assert "gates:" not in capsys.readouterr().out
+    judged = lampyris.plan(scene, "bit-star", samples=500)
+    print_plan(judged, scene, None, explain=False)
+    out = capsys.readouterr().out
+    assert f"; best {judged.optimal_cost:.6g}, gap 1.67%" in out
+    assert "gates: on the path:" in out

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import lampyris
-from lampyris.report.data.serialize import model_record
+from lampyris.report.data.serialize import model_record, plan_record
 from lampyris.report.pictures.plan_picture import draw_plan
 
 
@@ -32,3 +32,19 @@ def test_a_model_is_drawn_and_written(planner: str, tmp_path: Path) -> None:
     assert record[known] > 0
     assert lampyris.Plan.from_dict(plan.to_dict()) == plan
     assert planner in plan._repr_html_()  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("planner", ["theta-star", "polyanya", "rrt", "bit-star", "astar"])
+def test_the_lines_of_a_plan_are_written(planner: str) -> None:
+    """Whether the planner has a model of the map or not; a planner by steps has no lines."""
+    walls = np.zeros((14, 14), dtype=bool)
+    walls[3:9, 6] = walls[11, 2:9] = True
+    scene = lampyris.Scene(lampyris.Grid(walls), (1, 6), (12, 12))
+    plan = lampyris.plan(scene, planner)
+    record = plan_record(plan, scene, None)
+    if planner == "astar":
+        assert "waypoints" not in record
+        return
+    ends = np.array(record["waypoints"])
+    assert (ends[0].tolist(), ends[-1].tolist()) == ([1, 6], [12, 12])
+    assert record["any_angle_length"] == pytest.approx(np.hypot(*np.diff(ends, axis=0).T).sum())

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import threading
 import weakref
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from lampyris.kernels.spacetime.timed_search import NEVER, clean
 from lampyris.model.change import ObstacleTrack
@@ -17,7 +17,7 @@ from lampyris.planning.spacetime import interval_table
 from lampyris.planning.spacetime.interval_table import MOST_TICK, IntervalTable
 from lampyris.planning.spacetime.prediction import Forecaster
 from lampyris.planning.spacetime.search import TimedSearch, Timetable
-from lampyris.planning.spacetime.search_room import LASTING_STATES, ROOM, StateRoom, _shrink, _taken
+from lampyris.planning.spacetime.search_room import LASTING_STATES, ROOM, StateRoom, _shrink
 from lampyris.typing import BoolGrid, Cell
 
 OWN = ((0, 0),)
@@ -226,25 +226,18 @@ def test_large_room_goes_with_the_search_that_used_it_last() -> None:
     assert alone[0][1]() is None
 
 
-def test_room_in_use_is_not_given_back_when_a_search_ends_in_another_thread() -> None:
-    """What is small was written back into the list, also where its thread had taken it meanwhile."""
-    small, large = StateRoom.of(9), StateRoom.of(99)
-    held = [small]
+def test_room_that_is_taken_while_it_is_looked_at_is_not_put_back() -> None:
+    """A search may end in another thread. Room put back while it is in use would be lent again in whatever state it is left."""
 
-    class Watched(StateRoom):
-        @property
-        def arrive(self) -> NDArray[np.int64]:  # type: ignore[override]
-            taken.append(_taken(held))  # another thread, while its length is looked at
-            return self[0]
+    class Lent(list[StateRoom]):
+        def __iter__(self) -> Iterator[StateRoom]:
+            while self:
+                yield self.pop()
 
-    taken: list[StateRoom | None] = []
-    held[0] = Watched(*small)
-    _shrink(held, 9)
-    assert taken == [None]
-    assert len(held) == 1
-    held.append(large)
-    _shrink(held, 9)
-    assert [len(room[0]) for room in held] == [9]
+    for states in (1, 100):
+        held = Lent([StateRoom.of(10)])
+        _shrink(held, states)
+        assert len(held) == 0
 
 
 def test_arrays_clean_as_the_loops_do() -> None:

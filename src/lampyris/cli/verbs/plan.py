@@ -137,6 +137,7 @@ def _draw(scenario: Scenario, found: Plan, profile: Profile | None, out: Outputs
 
 def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool, name: str = "") -> None:
     """Print a plan: the verdict first, then the numbers, then (on request) every iteration."""
+    from lampyris.model.plan import Status
     from lampyris.planning.registry import pose_names
     from lampyris.report.data.metrics import path_metrics
     from lampyris.report.data.serialize import STEP_WORDS, corners_record
@@ -159,9 +160,11 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
     elif found.path is not None and found.steps is not None:
         counts = ", ".join(f"{n} {w}" for n, w in zip(found.steps, STEP_WORDS, strict=False))
         m = path_metrics(found.path, grid)
-        gap = found.gap or 0.0
+        compared = "best not known, no time was left to find it"
+        if found.optimal_cost is not None:
+            compared = f"best {found.optimal_cost:.6g}, gap {found.gap or 0.0:.2%}"
         rows += [
-            ("cost", f"{found.cost:.6g} cells ({counts}); best {found.optimal_cost:.6g}, gap {gap:.2%}"),
+            ("cost", f"{found.cost:.6g} cells ({counts}); {compared}"),
             ("length", f"{m['length_m']:.4g} m, {m['turns']} turns, {len(found.path.cells)} cells"),
         ]
         if found.sum_cost_to_go is not None:
@@ -190,7 +193,8 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
         rows.append(("map model", _model(found.map_model)))
     rows.append(("iterations", f"{found.iterations}; {found.expansions} expansions"))
     on_path = text.first_few([g.cell for g in found.gates_on_path]) or "none"
-    if found.planner not in pose_names():
+    unjudged = found.status is Status.LIMIT or (found.path is not None and found.optimal_cost is None)
+    if found.planner not in pose_names() and (found.gates_in_map or not unjudged):
         rows.append(("gates", f"on the path: {on_path}; in the map: {len(found.gates_in_map)}"))
     if found.gates_met:
         rows.append(("replanned at", text.first_few(found.gates_met)))

@@ -23,8 +23,8 @@ FAR = 2**13
 def _hits(px, py, dx, dy, length, radius, rule):
     """Whether the line from (0, 0) to (dx, dy) hits the square around (px, py).
 
-    Line and square are apart if they are on the axis x, or y, or at right angles to the line. A disc that they do not keep
-    apart by its radius hits the square unless an end or a corner of the square does.
+    Line and square are apart if they are on the axis x, or y, or at right angles to the line. If that gap is less than the
+    radius, a disc hits the square only where an end of the line is too near to the square, or a corner of it to the line.
     """
     gap_x = max(px - HALF - max(0, dx), min(0, dx) - px - HALF)
     gap_y = max(py - HALF - max(0, dy), min(0, dy) - py - HALF)

@@ -112,12 +112,9 @@ def _taken(held: list[StateRoom]) -> StateRoom | None:
 
 
 def _shrink(held: list[StateRoom], states: int) -> None:
-    # Called in whichever thread the last user ends, while the thread whose room this is may take it.
-    small = []
-    while (room := _taken(held)) is not None:
-        if len(room.arrive) <= states:
-            small.append(room)
-    held += small
+    # Another thread may take the room meanwhile: nothing is put back.
+    if any(len(room.arrive) > states for room in held):
+        held.clear()
 
 
 ROOM = SearchRoom()

@@ -60,7 +60,7 @@ def plan_record(
         "optimal_cost": plan.optimal_cost,
         "gap": plan.gap,
         "length_m": plan.length_m,
-        **({} if plan.waypoints is None else lines_record(plan.waypoints, plan.any_angle_length)),
+        **({} if plan.waypoints is None else lines_record(plan)),
         "sum_cost_to_go": plan.sum_cost_to_go,
         "iterations": plan.iterations,
         "expansions": plan.expansions,
@@ -90,18 +90,20 @@ def plan_record(
     }
 
 
-def lines_record(waypoints: Cells | Floats, length: float | None) -> dict[str, Any]:
-    """Straight lines of a path: their ends and their length, cells."""
-    return {"waypoints": waypoints.tolist(), "any_angle_length": length}
+def lines_record(plan: Plan) -> dict[str, Any]:
+    """Straight lines of a path: where they begin and end, and their length, cells; null without lines."""
+    points = plan.waypoints
+    return {
+        "waypoints": None if points is None else points.tolist(),
+        "any_angle_length": plan.any_angle_length,
+    }
 
 
 def model_record(plan: Plan, model: MapModel) -> dict[str, Any]:
     """What a planner of a model of the map found, cells; without the model's edges, ridges and leaves."""
-    points = plan.waypoints
     return {
         "kind": model.kind,
-        "waypoints": None if points is None else points.tolist(),
-        "any_angle_length": plan.any_angle_length,
+        **lines_record(plan),
         "bound": model.bound,
         "clearance": model.clearance,
         "ridge_clearance": model.ridge_clearance,
