@@ -21,7 +21,6 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import Obstacle
 from lampyris.report.data.following import following
 from lampyris.report.data.metrics import CauseShare, drive_shares, path_metrics
-from lampyris.typing import Cells, Floats
 
 if TYPE_CHECKING:
     from lampyris.model.drive import Drive
