@@ -225,6 +225,7 @@ def jobs(rare: bool = True) -> Iterator[Callable[[], object]]:
                     yield partial(_cells, name, moves, terrain)
         yield partial(_studied, moves)
     yield _attributes
+    yield _sampled
     yield _poses
     yield _crowded
     for law in laws.names():
@@ -309,6 +310,13 @@ def _attributes() -> None:
     api.plan(_scene(robot=Robot(radius=0.6)), "astar")
 
 
+def _sampled() -> None:
+    """Samplers that start from a path of the grid, and whose turns leave cell centres, for points and discs."""
+    for scene in (_scene(), _scene("dissertation"), _scene(robot=Robot(radius=0.6))):
+        for planner in ("rrt-star", "bit-star"):
+            api.plan(scene, planner, seeded=True, turns="anywhere", samples=200)
+
+
 def _episodes() -> None:
     """A few actions of episodes on cells and in continuous time."""
     tasks = Tasks.of(_scene(), 2, True, 0)
@@ -321,7 +329,8 @@ def _episodes() -> None:
 
 
 def _poses() -> None:
-    """A lattice, searched once and improved; its poses driven, and what the footprint comes near to; pad, hybrid A*, curves."""
+    """A lattice, searched once and improved, from between its poses, to several; its poses driven, and what the footprint comes
+    near to; pad, hybrid A*, curves."""
     robot = Robot(footprint=((0.9, 0.3), (-0.3, 0.3), (-0.3, -0.3), (0.9, -0.3)))
     scene = _scene(robot=robot, traffic=(RandomWalk(2), Patrol(((12, 3), (12, 9)))))
     plan = api.plan(scene, "lattice", anytime=True, weight=3.0)
@@ -334,6 +343,12 @@ def _poses() -> None:
         robot=replace(robot, drive="ackermann", turn_radius=2.0),
     )
     api.plan(wide, "lattice", weight=1.5)
+    for begin, end, tolerance in (
+        ((8.5, 8.5, 0.0), (20.5, 20.5, 0.0), 1.5),
+        ((8.3, 8.6, 0.1), (20.2, 20.4, 0.3), 0.0),
+    ):
+        small = Scene(Grid(np.zeros((30, 30), dtype=bool)), start_pose=begin, goal_pose=end, robot=wide.robot)
+        api.plan(small, "lattice", goal_tolerance=tolerance)
     passing = Recorded(tuple((12, y) for y in (2, 3, 4, 5, 6, 7, 8)))
     api.plan(_scene(robot=robot, traffic=(passing,)), "lattice-sipp")
     late: dict[str, Any] = {"tracking": "velocity", "delay": 0.1}

@@ -19,6 +19,7 @@ from lampyris.model.scene import Scene
 from lampyris.model.traffic import Crossing, RandomWalk, Recorded
 from lampyris.planning.base import Budget
 from lampyris.planning.field.footprint import footprint, reach_of
+from lampyris.planning.spacetime.prediction import Forecaster
 from lampyris.planning.spacetime.session import _hidden
 from lampyris.planning.spacetime.sipp import Sipp
 from lampyris.planning.spacetime.space_time_astar import SpaceTimeAStar
@@ -152,6 +153,28 @@ def test_tracks_that_jump_are_refused(planner, settings, track, period: int | No
     )
     assert after.path is not None
     np.testing.assert_array_equal(after.path.cells, fresh.path.cells)
+
+
+def test_what_an_obstacle_outside_the_map_may_reach_is_known() -> None:
+    """It once raised IndexError, or was taken to be at the other end of the map."""
+    rng = np.random.default_rng(8)
+    for _ in range(200):
+        height, width = (int(v) for v in rng.integers(1, 6, 2))
+        free = rng.random((height, width)) < 0.8
+        x, y, horizon = (int(v) for v in (*rng.integers(-3, 8, 2), rng.integers(1, 5)))
+        reached = {(x, y)}
+        found = dict(Forecaster(free, ((0, 0),), guess="reach", growth=0.0)._reached((x, y), horizon))
+        for k in range(1, horizon + 1):
+            near = {(u + dx, v + dy) for u, v in reached for dx in (-1, 0, 1) for dy in (-1, 0, 1)}
+            reached = {(u, v) for u, v in near if 0 <= u < width and 0 <= v < height and free[v, u]}
+            assert set(map(tuple, found.get(k, np.zeros((0, 2))).tolist())) == reached
+    for planner in PLANNERS:
+        for track in (((9, 2), (8, 2)), ((-2, 2), (-1, 2)), ((50, 50),)):
+            session = type(planner)(forecast="reach").open(
+                Scene(Grid(np.zeros((5, 5), dtype=bool)), (0, 0), (4, 4)), RNG
+            )
+            change = Change(robot=(0, 0), tick=2, obstacle_tracks=(ObstacleTrack(0, track),))
+            assert session.plan(change).status is Status.FOUND
 
 
 def test_tracks_without_cells_or_with_an_impossible_period_are_refused() -> None:

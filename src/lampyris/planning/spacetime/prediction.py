@@ -363,12 +363,22 @@ class Forecaster:
         self._note_cells(np.tile(around, (ticks, 1)), when, notes.at)
 
     def _reached(self, cell: Cell, horizon: int) -> Iterator[tuple[int, _Ints]]:
-        """The cells that can be walked to from a cell in k ticks, for k = 1 .. horizon; (m, 2) each."""
-        far = horizon + 1
-        x0, y0 = max(cell[0] - far, 0), max(cell[1] - far, 0)
-        window = self._free[y0 : cell[1] + far + 1, x0 : cell[0] + far + 1]
+        """The cells of the map that can be walked to from a cell in k ticks, for k = 1 .. horizon; (m, 2) each.
+
+        The cell may be outside the map: then the first step leads onto it, or there are none.
+        """
+        (x, y), far = cell, horizon + 1
+        if not (-1 <= x <= self._width and -1 <= y <= self._height):
+            return
+        x0, y0 = max(x - far, -1), max(y - far, -1)
+        window = np.zeros(
+            (min(y + far, self._height) + 1 - y0, min(x + far, self._width) + 1 - x0), dtype=np.bool_
+        )
+        left, top = max(x0, 0), max(y0, 0)
+        inside = self._free[top : y + far + 1, left : x + far + 1]
+        window[top - y0 : top - y0 + inside.shape[0], left - x0 : left - x0 + inside.shape[1]] = inside
         mask: NDArray[np.bool_] = np.zeros(window.shape, dtype=np.bool_)
-        mask[cell[1] - y0, cell[0] - x0] = True
+        mask[y - y0, x - x0] = True
         for k in range(1, horizon + 1):
             checkpoint()
             wide = np.pad(mask, 1)
