@@ -19,6 +19,7 @@ def test_cells_are_connected_where_labels_are_equal(
 ) -> None:
     monkeypatch.setattr(connected, "FRONTS", fronts)
     if fronts:  # these maps need no labels
+        monkeypatch.delitem(sys.modules, "scipy.ndimage")
         monkeypatch.setitem(sys.modules, "scipy", SimpleNamespace())
     rng, said = np.random.default_rng(7), {True: 0, False: 0}
     for _ in range(60):
@@ -32,3 +33,10 @@ def test_cells_are_connected_where_labels_are_equal(
             flat = free.astype(np.uint8).ravel()
             assert connected.are_connected(flat, width + 4, a, b, corners=corners) == same
     assert min(said.values()) > 50
+
+
+def test_where_scipy_is_imported_no_front_is_followed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fronts that came to nothing took 5 ms of each query on maze512-32-0."""
+    monkeypatch.setattr(connected, "_by_fronts", None)
+    free = np.pad(np.ones((2, 5), dtype=np.uint8), 1).ravel()
+    assert connected.are_connected(free, 7, 8, 19, corners=False)

@@ -1,6 +1,8 @@
-"""Whether two cells are connected, by array operations over whole fronts."""
+"""Whether two cells are connected: by SciPy once it is imported, else by array operations over whole fronts."""
 
 from __future__ import annotations
+
+import sys
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,8 +11,8 @@ from lampyris._core.cancellation import checkpoint, uninterrupted
 from lampyris.kernels.loading import loading
 
 FRONTS = 4
-"""Fronts that are followed, in rows and columns of the map: in mazes there are far more, of a few cells each, and SciPy labels
-the regions; importing it takes as long as 3,000 fronts."""
+"""Fronts that are followed, in rows and columns of the map, before SciPy is imported, which takes as long as 3,000 fronts: in
+mazes there are far more fronts, of a few cells each."""
 
 
 def are_connected(free: NDArray[np.uint8], stride: int, a: int, b: int, *, corners: bool) -> bool:
@@ -23,6 +25,20 @@ def are_connected(free: NDArray[np.uint8], stride: int, a: int, b: int, *, corne
     a, b : flat free cells.
     corners : whether cells that share a corner alone are connected, too.
     """
+    if "scipy.ndimage" not in sys.modules:
+        known = _by_fronts(free, stride, a, b, corners)
+        if known is not None:
+            return known
+    with uninterrupted(), loading():  # its first import is not counted as planning
+        from scipy import ndimage  # bits: labels, whole numbers
+
+    labels, _ = ndimage.label(free.reshape(-1, stride), np.ones((3, 3)) if corners else None)
+    at = labels.ravel()
+    return bool(at[a] == at[b])
+
+
+def _by_fronts(free: NDArray[np.uint8], stride: int, a: int, b: int, corners: bool) -> bool | None:
+    """The same, front after front; None where there are too many."""
     left = free.astype(np.bool_)
     number = np.zeros(free.size, dtype=np.int32)
     across = (1, -1, stride, -stride)
@@ -41,9 +57,4 @@ def are_connected(free: NDArray[np.uint8], stride: int, a: int, b: int, *, corne
         order = np.arange(near.size, dtype=np.int32)
         number[near] = order
         front = near[number[near] == order]
-    with uninterrupted(), loading():  # its first import is not counted as planning
-        from scipy import ndimage  # bits: labels, whole numbers
-
-    labels, _ = ndimage.label(free.reshape(-1, stride), np.ones((3, 3)) if corners else None)
-    at = labels.ravel()
-    return bool(at[a] == at[b])
+    return None
