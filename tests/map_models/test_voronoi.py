@@ -13,6 +13,7 @@ from lampyris.model.moves import MOVES
 from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning.field.layers import clearance, free_cells
+from lampyris.planning.map_models import ridges
 from lampyris.planning.map_models.voronoi import Voronoi
 from lampyris.referee import check_plan
 from lampyris.testing import check_planner
@@ -127,3 +128,13 @@ def test_ridges_are_one_cell_wide_and_connected() -> None:
     from scipy import ndimage
 
     assert ndimage.label(ridge)[1] == 1
+
+
+def test_a_walk_along_one_ridge_can_be_cancelled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A plan through a spiral of 512 x 512 cells went on for 0.4 s after it was cancelled, all of it here."""
+    asked: list[int] = []
+    monkeypatch.setattr(ridges, "checkpoint", lambda: asked.append(1))
+    ridge = np.ones((1, 5000), dtype=np.bool_)
+    steps = ridges._Steps(ridge, ridge, {(1, 0): 1, (-1, 0): 1}, eight=False)
+    assert ridges._branch(steps, (0, 0), (4999, 0)) == [(x, 0) for x in range(5000)]
+    assert len(asked) == 4999 // ridges._LOOK

@@ -121,9 +121,9 @@ def _filled(fleet: Fleet, graph: CellGraph, goals: Numbers, kind: np.dtype[Any])
         if radius > 0.0:
             part[:] = _most(table)  # cells near walls
         end = np.ascontiguousarray(ends[members])
-        if distance_rows(ground, number, end, part, *work, width, cells, _most(table), graph.wide > 4) < len(
-            members
-        ):
+        unsigned = part.view(f"u{part.itemsize}")  # as tables of fields are: one version of the kernel serves both
+        args = (ground, number, end, unsigned, *work, width, cells, _most(table), graph.wide > 4)
+        if distance_rows(*args) < len(members):
             return None
         if not whole:
             table.reshape(-1, cells)[members] = part.reshape(-1, cells)

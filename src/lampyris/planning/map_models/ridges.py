@@ -21,6 +21,8 @@ from lampyris.planning.graph.grid_graph import SearchResult, check_cells
 from lampyris.typing import BoolGrid, ByteGrid, Cell
 
 _NEVER = 2**60
+_LOOK = 1024
+"""Cells between two looks whether the call is cancelled."""
 _AROUND = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
 """A cell's neighbours, those that share a side first."""
 _Ints = NDArray[np.int64]
@@ -180,6 +182,7 @@ class _Steps:
     def __init__(self, ridge: BoolGrid, region: BoolGrid, costs: dict[Cell, int], eight: bool) -> None:
         self._ridge, self._region, self._costs, self._eight = ridge, region, costs, eight
         self._height, self._width = ridge.shape
+        self._is_ridge = ridge.tobytes()  # single cells are read from bytes ten times as fast as from arrays
 
     def linked(self, cell: Cell) -> list[Cell]:
         """The ridge cells beside a cell, in the sense in which ridges are connected."""
@@ -189,7 +192,7 @@ class _Steps:
     def _near(self, x: int, y: int) -> Iterator[Cell]:
         for i in range(max(0, x - 1), min(self._width, x + 2)):
             for j in range(max(0, y - 1), min(self._height, y + 2)):
-                if (i, j) != (x, y) and self._ridge[j, i]:
+                if self._is_ridge[j * self._width + i] and (i, j) != (x, y):
                     yield i, j
 
     def over(self, allowed: BoolGrid) -> StepBits:
@@ -249,6 +252,8 @@ def _branch(steps: _Steps, end: Cell, other: Cell) -> list[Cell]:
     """The cells from an end to where ridges first branch, that cell included; or to the other end."""
     walk, seen = [end], {end}
     while walk[-1] != other:
+        if len(walk) % _LOOK == 0:
+            checkpoint()
         onward = [to for to in steps.linked(walk[-1]) if to not in seen]
         if len(onward) != 1:
             break
