@@ -121,7 +121,8 @@ def _filled(fleet: Fleet, graph: CellGraph, goals: Numbers, kind: np.dtype[Any])
         if radius > 0.0:
             part[:] = _most(table)  # cells near walls
         end = np.ascontiguousarray(ends[members])
-        unsigned = part.view(f"u{part.itemsize}")  # as tables of fields are: one version of the kernel serves both
+        # As tables of fields are: the same versions of the kernel serve both.
+        unsigned = part.view(f"u{part.itemsize}")
         args = (ground, number, end, unsigned, *work, width, cells, _most(table), graph.wide > 4)
         if distance_rows(*args) < len(members):
             return None
