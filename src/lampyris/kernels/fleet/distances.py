@@ -24,12 +24,12 @@ def distance_rows(ground, number, goals, table, order, fresh, width, cells, neve
     ground : uint8, (n,), padded; 1 in free cells.
     number : int32, (n,), padded; the number of each free cell.
     goals : int32, (rows,); free cells, padded indices.
-    table : signed, (rows * cells,); the result, ``never`` in cells that cannot reach the goal.
+    table : unsigned, (rows * cells,); the result, ``never`` in cells that cannot reach the goal.
     order : uint32, (cells + 9,); scratch.
     fresh : uint8, (n,); scratch.
     width : of a padded row; the border is one cell wide.
     cells : how many are free.
-    never : the largest value of the table's type.
+    never : no number of steps comes to it; at most the largest value of the table's type.
     diagonal : whether a diagonal step, between free cells, takes a step, too.
     """
     w = u64(width)
