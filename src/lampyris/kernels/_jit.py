@@ -169,10 +169,9 @@ class Kernel:
         arrays: each of them is seven arguments.
     each : nanoseconds of the plain form for each element of its longest array, or of what ``of`` names.
         Measured on random maps of 316 x 316 cells; it need only be right to within a factor of two.
-    load : how many times as long as for most kernels loading its machine code takes: it may spend so many times
-        :data:`OWN_NS`. For those with many callees.
+    load : factor on :data:`OWN_NS`: a kernel that calls many others takes so many times as long to load as most.
     of : for a kernel that touches a few elements of large arrays: the array argument whose length is the
-        work, or :data:`WAY`.
+        work, or :data:`PATH`.
     arrays : the same by operations on whole arrays, equal to the last bit, which takes the place of the plain
         form where a caller outside of kernels asks for it; None: there is none.
     """
@@ -279,8 +278,8 @@ class Kernel:
         return "numba" in sys.modules and self._left() < self.price(args)
 
     def expect(self, calls: int, *args: Any) -> None:
-        """Say that so many calls like this one are about to come: where all of them together take too long in plain form,
-        none is made in it."""
+        """Announce so many calls with arguments of this size: if all of them together take too long in plain form, the
+        kernel is compiled for the first of them already."""
         self._expensive = self._expensive or self._left() < calls * self.price(args)
 
     def _left(self) -> int:
@@ -341,8 +340,8 @@ class Kernel:
         return made
 
     def called(self) -> Callable[..., Any]:
-        """The form that other kernels call when they are compiled: its machine code is made as a part of theirs alone, and not
-        kept by itself. Imports numba."""
+        """The function that other compiled kernels call. It is compiled as a part of each caller, and not cached by itself.
+        Imports numba."""
         if self._called is None:
             self._called = _compile(self, part=True)
         return self._called

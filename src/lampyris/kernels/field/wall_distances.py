@@ -49,7 +49,7 @@ def wall_distances(blocked: NDArray[np.bool_], never: int, *, edge: bool) -> NDA
 
 
 def _near(blocked: NDArray[np.bool_], edge: bool) -> NDArray[np.int32] | None:
-    """The same by arrays; None where that would take long.
+    """Squared distances by array operations; None where these would take longer than the kernel.
 
     Down and up each column first. What a wall k columns away gives is its own distance from the row and that of k columns:
     the cells to which k columns alone are not too far get fewer with each k.

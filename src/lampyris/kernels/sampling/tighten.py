@@ -29,7 +29,7 @@ def _apart(ax, ay, bx, by):
 
 @kernel()
 def _turn(ax, ay, bx, by, cx, cy):
-    """Over 0 where a path from a over b to c turns from x towards y."""
+    """Positive where a path from a over b to c turns from the x axis towards the y axis."""
     return (bx - ax) * (cy - by) - (by - ay) * (cx - bx)
 
 

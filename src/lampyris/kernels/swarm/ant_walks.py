@@ -9,7 +9,7 @@ from lampyris.kernels._jit import kernel, stopped, u64
 RISE, COST, STEP, LINE = 0, 1, 2, 3
 """What leads ants; see :class:`lampyris.planning.swarm.mmas_dstar.Eta`."""
 WALKING, TURN, USED, LOGGED = 0, 1, 2, 3
-"""Places in ``state``: ants that go on, turns made, draws used, steps logged."""
+"""Indices into ``state``: ants still walking, turns made, draws used, steps logged."""
 
 
 @kernel()
@@ -50,17 +50,17 @@ def ant_walks(
     longest : turns at most.
     draws : float64, uniform in 0 <= u < 1, in the order in which ants ask.
     seen : bool (ants * n,); cells where each ant has been.
-    here, walking : int64 (ants,); cells of all ants, numbers of those that go on.
+    here, walking : int64 (ants,); cells of all ants, numbers of those still walking.
     sums, weight : float64 (m,); scratch.
-    log : int64 (4 * room,); cells left, steps taken, by whom, in which turn.
+    log : int64 (4 * room,); of each step the cell that it begins at, the number of the step, the ant and the turn.
     state : int64 (4,); see WALKING.
     """
     many = len(jump)
     room = len(log) // 4
     cells = len(free)
-    while state[0] > 0 and state[1] < longest and not stopped(halt):
-        count = state[0] + 0
-        if state[2] + count > len(draws) or state[3] + count > room:
+    while state[WALKING] > 0 and state[TURN] < longest and not stopped(halt):
+        count = state[WALKING] + 0
+        if state[USED] + count > len(draws) or state[LOGGED] + count > room:
             break
         kept = 0
         for i in range(count):
@@ -88,11 +88,11 @@ def ant_walks(
                         paid = price[u64(k)] + 0
                         if len(ground) > 0:
                             paid += heavy[u64(k)] * ground[u64(to)]
-                        if guide == 0:
+                        if guide == RISE:
                             eta = 1.0 / (1.0 + (to_go[u64(to)] + paid - to_go[u64(at)]) / unit)
-                        elif guide == 1:
+                        elif guide == COST:
                             eta = 1.0 / (1.0 + to_go[u64(to)] / unit)
-                        elif guide == 2:
+                        elif guide == STEP:
                             eta = unit / paid
                         else:
                             row = to // stride
@@ -109,7 +109,7 @@ def ant_walks(
                 sums[u64(k)] = last
             # As :func:`lampyris.planning.swarm.optimisers.glowworm.roulette`: a draw that rounding raises to the last
             # sum stays below it.
-            threshold = draws[u64(state[2] + i)] * last
+            threshold = draws[u64(state[USED] + i)] * last
             step = 0
             while step < many - 1 and not (
                 sums[u64(step)] > threshold or (threshold >= last and sums[u64(step)] >= last)
@@ -118,17 +118,17 @@ def ant_walks(
             if not weight[u64(step)] > 0.0:
                 continue
             to = at + jump[u64(step)]
-            place = state[3] + 0
+            place = state[LOGGED] + 0
             log[u64(place)] = at
             log[u64(room + place)] = step
             log[u64(2 * room + place)] = ant
-            log[u64(3 * room + place)] = state[1]
-            state[3] = place + 1
+            log[u64(3 * room + place)] = state[TURN]
+            state[LOGGED] = place + 1
             here[u64(ant)] = to
             seen[u64(ant * cells + to)] = True
             if to != goal:
                 walking[u64(kept)] = ant
                 kept += 1
-        state[2] += count
-        state[1] += 1
-        state[0] = kept
+        state[USED] += count
+        state[TURN] += 1
+        state[WALKING] = kept

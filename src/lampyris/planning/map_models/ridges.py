@@ -22,7 +22,7 @@ from lampyris.typing import BoolGrid, ByteGrid, Cell
 
 _NEVER = 2**60
 _LOOK = 1024
-"""Cells between two looks whether the call is cancelled."""
+"""Cells between two cancellation checks."""
 _AROUND = ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1))
 """A cell's neighbours, those that share a side first."""
 _Ints = NDArray[np.int64]

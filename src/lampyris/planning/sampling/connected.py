@@ -38,7 +38,7 @@ def are_connected(free: NDArray[np.uint8], stride: int, a: int, b: int, *, corne
 
 
 def _by_fronts(free: NDArray[np.uint8], stride: int, a: int, b: int, corners: bool) -> bool | None:
-    """The same, front after front; None where there are too many."""
+    """The same by a breadth-first search with array operations; None where it has too many fronts."""
     left = free.astype(np.bool_)
     number = np.zeros(free.size, dtype=np.int32)
     across = (1, -1, stride, -stride)

@@ -218,7 +218,7 @@ class Forecaster:
                 numbered = [(seen.obstacle, tuple(seen.track)) for seen in group]
                 lasting[key] = self._last(key, numbered, tick)
                 continue
-            tracks = _steady([(seen.obstacle, seen.track) for seen in group], since, period)
+            tracks = _checked([(seen.obstacle, seen.track) for seen in group], since, period)
             self._known(tracks, since, period, cells, tick, unrolled, notes)
             if period is None and horizon > 0:
                 self._guessed(tracks, since, cells, tick, horizon, notes)
@@ -245,7 +245,7 @@ class Forecaster:
         old = next((one for one in self._lasting.values() if one.became(tracks, tick, key)), None)
         if old is not None:
             return self._longer(old, key, numbered)
-        self._known(_steady(numbered, since, period), since, period, cells, tick, 0, notes)
+        self._known(_checked(numbered, since, period), since, period, cells, tick, 0, notes)
         at, steps = _rows(notes.at, 2), _rows(notes.steps, 4)
         first, forever = min(max(tick, since), last), _rows(notes.forever, 2)
         return Lasting(key, tracks, first, last, at, steps, forever, self._serial)
@@ -254,7 +254,7 @@ class Forecaster:
         """What tracks forbid that have become longer: what they forbade, and what has come since."""
         cells, since, length, period = key
         notes = _Notes()
-        self._known(_steady(numbered, since, period), since, period, cells, old.last, 0, notes)
+        self._known(_checked(numbered, since, period), since, period, cells, old.last, 0, notes)
         added = _forbidden(notes, old.last)
         at = np.concatenate((old.at, added.at[added.at[:, 1] > old.last]))
         steps = np.concatenate((old.steps, added.steps))
@@ -413,12 +413,12 @@ class Forecaster:
         return inside
 
 
-def _steady(numbered: _Numbered, since: int, period: int | None) -> _Ints:
-    """Tracks of one length, (obstacles, m, 2); from tick to tick none goes farther than to a neighbour.
+def _checked(numbered: _Numbered, since: int, period: int | None) -> _Ints:
+    """Tracks of one length, (obstacles, m, 2), checked: each step stays in its cell or ends in one of the eight neighbours.
 
     Raises
     ------
-    SceneError : ``OBSTACLE_SPEED``, one does.
+    SceneError : ``OBSTACLE_SPEED``, a step ends farther away.
     """
     tracks = np.array([track for _, track in numbered], dtype=np.int64)
     length = tracks.shape[1]

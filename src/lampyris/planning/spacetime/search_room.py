@@ -65,7 +65,7 @@ class StateRoom(NamedTuple):
 
 
 class SearchRoom(threading.local):
-    """Room for one search at a time in each thread. What is large goes with the search that used it last."""
+    """Working memory for one search at a time in each thread; large arrays are released with the search that used them last."""
 
     def __init__(self) -> None:
         self._held: list[StateRoom] = []

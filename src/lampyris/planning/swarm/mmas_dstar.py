@@ -340,7 +340,7 @@ class _Log:
         self._size, self._end = size, 0
 
     def add(self, left: Ints, taken: Ints, who: Ints, turn: int) -> None:
-        """Cells left, steps taken, by whom, in which turn."""
+        """Add steps of one turn: the cells they begin at, their numbers, the ants."""
         if self._end + who.size > self._size:
             self._full.append(self._now[:, : self._end])
             self._open(max(self._size, min(2 * self._size, PART)))
