@@ -5,7 +5,8 @@ results:
 
 * **plain**: Python over lists, 0.1 to 6 microseconds a cell. Small work is over sooner this way than
   importing numba takes.
-* **compiled**: the same source through ``numba.njit`` with its disk cache, for large or repeated work.
+* **compiled**: the same source through ``numba.njit`` with its disk cache, for large or repeated work. What a run leaves
+  on disk, later ones run without numba.
 
 ``NUMBA_DISABLE_JIT=1`` keeps the plain form always, and so does a platform where numba is not installed or cannot be
 imported (Pyodide). Which form ran never changes a result: kernels use
@@ -15,13 +16,15 @@ Which form runs
 ---------------
 Each call is priced beforehand, in nanoseconds of its plain form: so many for each element of its longest
 array, or of what ``of`` names, as ``each`` says. The sums decide, not the clock: the same calls in a fresh
-process run in the same forms.
+process, with the same machine code kept, run in the same forms.
 
-* As long as numba is not imported, all kernels together may spend :data:`PLAIN_NS` in plain form.
-* Once it is, each kernel may spend :data:`OWN_NS`: loading it from disk takes about 5 ms, but where nothing
-  was kept from an earlier run compiling it takes 0.1 to 2 s.
+* As long as no machine code is loaded, all kernels together may spend :data:`PLAIN_NS` in plain form; where an earlier
+  run kept machine code of a kernel that runs without numba (:mod:`.kept_code`), it is loaded after :data:`KEPT_NS`.
+* Then each kernel may spend :data:`OWN_NS`: numba loads it from disk in about 5 ms, but where nothing was kept
+  from an earlier run compiling it takes 0.1 to 2 s; or :data:`OWN_KEPT_NS`, where it is loaded without numba.
 
-``tools/plain_or_compiled.py`` measures both sides of the first rule, a whole ``lampyris plan`` in each form.
+``tools/plain_or_compiled.py`` measures both sides of the first rule where machine code is kept, a whole ``lampyris plan``
+in each form.
 
 Rules for kernel source
 -----------------------
