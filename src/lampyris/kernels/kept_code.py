@@ -28,6 +28,8 @@ from typing import Any
 
 import numpy as np
 
+from lampyris._core.system import links_elf
+
 SUFFIX = ".code"
 """Of the names of files of machine code."""
 HERE = Path(__file__).resolve().parent
@@ -112,9 +114,7 @@ def array_type(kind: str, dimensions: int, order: str, writeable: bool) -> str:
 @cache
 def usable() -> bool:
     """Whether machine code can be kept for, and run in, a process without numba."""
-    if sys.platform != "linux" or sys.implementation.name != "cpython" or sys.maxsize < 2**62:
-        return False
-    if sys.byteorder != "little" or os.path.exists(".numba_config.yaml"):
+    if not links_elf() or sys.implementation.name != "cpython" or os.path.exists(".numba_config.yaml"):
         return False
     if any(name.startswith("NUMBA_") and name != "NUMBA_CACHE_DIR" for name in os.environ):
         return False
