@@ -236,9 +236,9 @@ def scene_notes(scene: Scene) -> tuple[str, ...]:
 def drive_notes(scenario: Scenario) -> tuple[str, ...]:
     """Notes to print before a scenario is driven."""
     from lampyris import scenarios
-    from lampyris.planning.registry import pose_names
+    from lampyris.planning.registry import plans_poses
 
-    moved = () if scenario.planner in pose_names() else scene_notes(scenario.scene)
+    moved = () if plans_poses(scenario.planner) else scene_notes(scenario.scene)
     return (*scenario.notes, *moved, *scenarios.without_effect(scenario))
 
 
@@ -470,6 +470,8 @@ def parse_settings(planner: str, words: list[str], table: Any = registry) -> dic
     UsageError : a word without ``=``, a setting the planner does not have, a value of the wrong type.
     """
     kind = table.planner_class(planner)
+    if not words:
+        return {}
     declared = typing.get_type_hints(kind)
     hints = {f.name: declared[f.name] for f in dataclass_fields(kind)}
     given: dict[str, Any] = {}
