@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from lampyris._core.limits import MAX_CELLS
+from lampyris._core.records import dataclass
 from lampyris.errors import FileError, did_you_mean
 from lampyris.io.maps.formats.document import FileSource, MapDocument, MapQuery, Reading, document
 from lampyris.io.maps.formats.plain_text import read_text

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from lampyris._core import defaults
 from lampyris._core.limits import MAX_CELLS
+from lampyris._core.records import dataclass
 from lampyris._core.scalars import is_word
 from lampyris.errors import FileError, SettingError, did_you_mean, of_kind, shown
 from lampyris.io.files import read_regular

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import checkpoint
+from lampyris._core.records import dataclass
 from lampyris._core.settings import number, whole, word
 from lampyris.kernels.swarm.ant_walks import COST, LOGGED, RISE, TURN, USED, WALKING, ant_walks
 from lampyris.planning.swarm.optimisers.box import Values, norms
