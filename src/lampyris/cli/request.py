@@ -166,7 +166,7 @@ class Request:
             zones=zones,
         )
         name, where = self.map.map_, self.law_options.zones
-        bundled = name in library.names()
+        bundled = library.is_bundled(name)
         source: MapSource | None = (
             Bundled(name) if bundled else MapFile(name, self.map.values, self.map.colour)
         )

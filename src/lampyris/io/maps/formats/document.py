@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
@@ -167,6 +168,24 @@ class Reading:
     occupancy: Occupancy | None = None
     terrain: ByteGrid | None = None
     surface: CodeGrid | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """One row of the table of formats; adding a format is one reader and one row.
+
+    Parameters
+    ----------
+    name : what ``MapDocument.format`` says.
+    suffixes : the usual endings of such files, for warnings.
+    begins : whether the first bytes of a file are of this format, rightly or wrongly written.
+    read : the reader.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    begins: Callable[[bytes], bool]
+    read: Callable[[FileSource], Reading]
 
 
 def check_limit(max_cells: int) -> int:
