@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import lampyris
+from lampyris.api import _Later
 from lampyris.io.maps import library
 from lampyris.planning import built_in, registry
 
@@ -73,7 +73,7 @@ def test_a_short_call_does_without_what_it_does_not_need(tmp_path: Path) -> None
 
 
 def test_a_planner_that_draws_nothing_may_ask_all_the_same() -> None:
-    mine, theirs = lampyris.api._Later(3), np.random.Generator(np.random.PCG64(3))
+    mine, theirs = _Later(3), np.random.Generator(np.random.PCG64(3))
     assert mine.random() == theirs.random()
     assert mine.integers(9) == theirs.integers(9)
     assert mine.bit_generator.state == theirs.bit_generator.state
