@@ -89,5 +89,5 @@ class _SystemAnts(Ants):
         """``tau^alpha eta^beta``."""
         s = self._settings
         may = np.where(tau > 0.0, 1.0, 0.0)
-        guide = {"line": eta.line, "step": eta.step, "rise": eta.rise}[s.guide]
-        return power(power(may, tau, s.alpha), guide(), s.beta)
+        guide: Values = getattr(eta, s.guide)
+        return power(power(may, tau, s.alpha), guide, s.beta)
