@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections.abc import Callable
 from functools import cached_property
+from itertools import accumulate
 from typing import Any, ClassVar
 
 import numpy as np
@@ -29,7 +30,7 @@ DRAWS = 1 << 14
 """Numbers drawn at once for walks in a kernel, or on a small map."""
 TABLE = 1 << 17
 """Steps of a map up to which the weights of all are made once a round: a millisecond."""
-FEW = 6
+FEW = 4
 """Ants that walk one by one: an operation on arrays of so many takes as long."""
 
 
@@ -222,33 +223,33 @@ class Ants(ABC):
     def _last_turns(self, here: Ints, walking: Ints, weights: Values, draws: _Draws, turns: _TurnLog) -> None:
         """Walk the last few ants to their ends, by Python's numbers."""
         assert self._table is not None
-        weight: Any = weights.reshape(-1).data
-        unseen: Any = self._table.unseen.data
-        steps = list(enumerate(self._ground.jump.tolist()))
+        weight, jumps = weights.reshape(-1).data, self._ground.jump.tolist()
+        fresh = bytearray(self._table.unseen.astype(np.int8))
         cells, many, goal = self._ground.free.size, self._steps, self._goal
         ants = [(who, int(here[who])) for who in walking.tolist()]
-        while ants and turns.many < self._longest:
-            if turns.many % 32 == 0:
+        log: list[tuple[int, int, int, int]] = []
+        turn = turns.many
+        while ants and turn < self._longest:
+            if turn % 32 == 0:
                 checkpoint()
-            went = []
+            still = []
             for (who, at), draw in zip(ants, draws.take(len(ants)).tolist(), strict=True):
-                edge, place, last = at * many, who * cells + at, 0.0
-                sums = []
-                for k, jump in steps:
-                    last += weight[edge + k] * unseen[place + jump]
-                    sums.append(last)
-                threshold = min(draw * last, math.nextafter(last, 0.0))
+                edge, place = at * many, who * cells + at
+                row = zip(weight[edge : edge + many].tolist(), jumps, strict=True)
+                sums = list(accumulate([w if fresh[place + jump] else 0.0 for w, jump in row]))
+                last = sums[-1]
                 if last > 0.0:
-                    k = bisect_right(sums, threshold)
-                    place += steps[k][1]
-                    unseen[place] = 0.0
-                    went.append((at, k, who, place - who * cells))
-            turns.add_few(went)
-            ants = []
-            for _, _, who, at in went:
-                here[who] = at
-                if at != goal:
-                    ants.append((who, at))
+                    threshold = draw * last
+                    k = bisect_right(sums, threshold if threshold < last else math.nextafter(last, 0.0))
+                    log.append((at, k, who, turn))
+                    at += jumps[k]
+                    here[who] = at
+                    fresh[place + jumps[k]] = False
+                    if at != goal:
+                        still.append((who, at))
+            ants = still
+            turn += 1
+        turns.few = log
 
     def _compiled_turns(self, here: Ints) -> list[Ints] | None:
         """The same by a kernel; None where it is not worth loading. Draws and sums are those of :meth:`_turns`."""
@@ -497,21 +498,17 @@ class _TurnLog:
     Attributes
     ----------
     many : turns.
+    few : steps of later turns: the cells that they begin at, their numbers, the ants and the turns.
     """
 
     def __init__(self) -> None:
         self.many = 0
         self._rows: list[tuple[Ints, Ints, Ints]] = []
-        self._few: list[tuple[int, int, int, int]] = []
+        self.few: list[tuple[int, int, int, int]] = []
 
     def add(self, left: Ints, taken: Ints, who: Ints) -> None:
         """Add a turn: the cells that its steps begin at, their numbers, the ants."""
         self._rows.append((left, taken, who))
-        self.many += 1
-
-    def add_few(self, went: list[tuple[int, int, int, int]]) -> None:
-        """The same of each ant, with what :meth:`pieces` has no use for at the end."""
-        self._few += [(at, k, who, self.many) for at, k, who, _ in went]
         self.many += 1
 
     def pieces(self) -> list[Ints]:
@@ -521,6 +518,6 @@ class _TurnLog:
             many = [who.size for _, _, who in self._rows]
             rows = [np.concatenate(row) for row in zip(*self._rows, strict=True)]
             made.append(np.stack((*rows, np.repeat(np.arange(len(many)), many))))
-        if self._few:
-            made.append(np.array(self._few, dtype=np.int64).T)
+        if self.few:
+            made.append(np.array(self.few, dtype=np.int64).T)
         return made or [np.empty((4, 0), dtype=np.int64)]
