@@ -18,6 +18,8 @@ from lampyris.typing import Floats
 
 FACTOR = 1.1
 """By which neighbourhoods are greater than the least that is proven to do."""
+BLOCKED = 1 << 17
+"""Places for blocked lines of a search at most: a megabyte."""
 _WHOLE = 2**32
 _NO_SIDES = np.empty(0, dtype=np.int32)
 _SHORTER = 0.9995
@@ -331,6 +333,7 @@ class BatchSearch(SampledSearch):
         self._kin = np.full((4, room), -1, dtype=np.int32)
         self._cost, self._stale = np.full(room, np.inf), np.zeros(room, dtype=np.uint8)
         self._heaps(8 * min(room, 2048) + 2 * room)
+        self._blocked = np.zeros(min(1 << (8 * room).bit_length(), BLOCKED), dtype=np.int64)
         for n, flat in enumerate((query.start, query.goal)):
             self._x[n], self._y[n] = x, y = self._place(flat)
             b = (y >> 3) * ground.wide + (x >> 3)
@@ -359,7 +362,7 @@ class BatchSearch(SampledSearch):
             given = (
                 *self._drawn_from(), self._whole_, radius, self._bucket, self._link, self._x,
                 self._y, *self._kin, self._cost, self._stale, self._tree, self._edge_key, self._edge, self._vertex_key,
-                self._vertex, self._near, self._changed, self._count,
+                self._vertex, self._near, self._changed, self._blocked, self._count,
             )  # fmt: skip
             if self.taken:
                 batch.search_batch.expect((self._query.samples - self.taken) // samples, *given)
