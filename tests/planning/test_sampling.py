@@ -6,6 +6,7 @@ import itertools
 import math
 from collections import Counter
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ import lampyris
 from lampyris._core.cancellation import CancelToken
 from lampyris.errors import SettingError
 from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE, sees
-from lampyris.kernels.sampling import draws
+from lampyris.kernels.sampling import batch, draws, growth
 from lampyris.kernels.sampling.buckets import around, dearer, file_node
 from lampyris.kernels.sampling.lines import line_free
 from lampyris.kernels.sampling.nearest import nearest, node_at, put_node
@@ -383,6 +384,20 @@ def test_the_nearest_node_and_those_around() -> None:
         assert len(some) <= sum(falls[found]) + 1
         many = dearer(*rows, -math.inf, near)
         assert near[:many].tolist() == found
+
+
+@pytest.mark.parametrize("name", ["rrt-star", "bit-star"])
+def test_more_batches_are_foreseen_unless_the_first_path_may_be_straight(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kernel: Any = growth.grow if name == "rrt-star" else batch.search_batch
+    asked: list[int] = []
+    monkeypatch.setattr(kernel, "expect", lambda calls, *given: asked.append(calls))
+    plan_of(name, Scene(Grid(np.zeros((20, 20), dtype=bool)), (0, 0), (19, 7)), samples=1000)
+    assert 10 not in asked  # not before the first batch
+    asked.clear()
+    plan_of(name, walled(4), samples=1000)
+    assert asked == [10, 9, 8, 7, 6, 5, 4, 3, 2, 1]
 
 
 def test_lines_that_are_known_to_be_blocked_are_not_checked_again(monkeypatch: pytest.MonkeyPatch) -> None:

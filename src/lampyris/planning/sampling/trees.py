@@ -130,6 +130,11 @@ class SampledSearch:
             self._trail = ground.along(self.chain())
         return ground.board.free, EVEN, ground.cells, ground.narrow, self._trail
 
+    def _goes_on(self) -> bool:
+        """Whether there will be more batches, as far as it is known: a first path that is straight ends the search."""
+        query = self._query
+        return self.taken > 0 or not query.ground.straight(query.start, query.goal)
+
     def _place_of_buckets(self) -> tuple[int, int, int]:
         ground = self._query.ground
         return ground.stride, ground.wide, int(self._whole_[draws.BASE])
@@ -235,7 +240,7 @@ class OneTree(SampledSearch):
             self._link, self._sides, self._stack, self._x, self._y, self._parent, *self._kin, self._cost, self._near,
             self._changed, self._count,
         )  # fmt: skip
-        if self._star and self.taken:  # a first path that is straight ends the search
+        if self._star and self._goes_on():
             growth.grow.expect((self._query.samples - self.taken) // samples, *given)
         growth.grow(*given)
         self._note()
@@ -364,7 +369,7 @@ class BatchSearch(SampledSearch):
                 self._y, *self._kin, self._cost, self._stale, self._tree, self._edge_key, self._edge, self._vertex_key,
                 self._vertex, self._near, self._changed, self._blocked, self._count,
             )  # fmt: skip
-            if self.taken:
+            if self._goes_on():
                 batch.search_batch.expect((self._query.samples - self.taken) // samples, *given)
             outcome = batch.search_batch(*given)
             if outcome != batch.FULL:
