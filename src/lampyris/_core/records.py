@@ -1,9 +1,9 @@
 """Data classes as those of the standard library, made four times as quickly.
 
 The standard library compiles the source of up to six methods for each class: with the classes of a short call it took
-35 ms, a fifth of the call. Here only ``__init__`` is compiled; the other methods are shared code over the names of the
-fields. Modules that a short call imports take ``dataclass`` from here; ``field``, ``fields`` and ``replace`` are
-those of the standard library, and a type checker sees its ``dataclass``.
+35 ms, a fifth of the call. Here only ``__init__`` is compiled, when it is asked for; the other methods are shared code
+over the names of the fields. Modules that a short call imports take ``dataclass`` from here; ``field``, ``fields`` and
+``replace`` are those of the standard library, and a type checker sees its ``dataclass``.
 """
 
 from __future__ import annotations
@@ -57,7 +57,8 @@ def _made(
     asked.init, asked.repr, asked.eq, asked.frozen = True, repr, eq, True
     parts = fields(made)
     names = tuple(f.name for f in parts)
-    methods = [_init(made, parts, slots), *_frozen(made, frozenset(names))]
+    made.__init__ = _Initialiser(made, slots)
+    methods = [*_frozen(made, frozenset(names))]
     if repr and not own_repr:
         methods.append(_repr(tuple(f.name for f in parts if f.repr)))
     if eq:
@@ -81,6 +82,19 @@ class _Factory:
 
 
 _FACTORY = _Factory()
+
+
+class _Initialiser:
+    """``__init__`` until it is asked for: most classes are imported for a short call and never made."""
+
+    def __init__(self, kind: Any, slots: bool) -> None:
+        self._kind, self._slots = kind, slots
+
+    def __get__(self, one: Any, kind: Any) -> Any:
+        init = _init(self._kind, fields(self._kind), self._slots)
+        init.__qualname__, init.__module__ = f"{self._kind.__qualname__}.__init__", self._kind.__module__
+        self._kind.__init__ = init
+        return init.__get__(one, kind)
 
 
 def _init(kind: Any, parts: tuple[Field[Any], ...], slots: bool) -> Any:
