@@ -188,13 +188,14 @@ class Ants(ABC):
         unseen[:] = 1.0
         draws, turns = _Draws(self._rng, here.size * self._longest), _TurnLog()
         walking = np.arange(here.size, dtype=np.int64)
-        base = walking * self._ground.free.size
-        place, ends = base + here, base + self._goal  # in the cells of all ants
+        at, place = (
+            here.copy(),
+            walking * self._ground.free.size + here,
+        )  # in the map, in the maps of all ants
         unseen[place] = 0.0
         while walking.size > FEW and turns.many < self._longest:
             if turns.many % 32 == 0:
                 checkpoint()
-            at = place - base
             sums = weights.take(at, 0)
             sums *= unseen.take(place[:, np.newaxis] + jump)
             sums = sums.cumsum(1)
@@ -206,16 +207,18 @@ class Ants(ABC):
                 raised = np.flatnonzero(~goes & (last > 0.0))
                 step[raised] = (sums[raised] >= last[raised, np.newaxis]).argmax(1)
                 goes[raised] = True
-                place, base, ends, walking, at, step = (
-                    of[goes] for of in (place, base, ends, walking, at, step)
-                )
+                here[walking] = at
+                walking, at, place, step = walking[goes], at[goes], place[goes], step[goes]
             turns.add(at, step, walking)
-            place = place + jump.take(step)
+            move = jump.take(step)
+            at = at + move
+            place = place + move
             unseen[place] = 0.0
-            here[walking] = place - base
-            arrived = place == ends
-            if b"\1" in arrived.tobytes():
-                place, base, ends, walking = (of[~arrived] for of in (place, base, ends, walking))
+            goes = at != self._goal
+            if b"\0" in goes.tobytes():
+                here[walking] = at
+                walking, at, place = walking[goes], at[goes], place[goes]
+        here[walking] = at
         self._last_turns(here, walking, weights, draws, turns)
         draws.give_back()
         return turns.pieces()
