@@ -164,7 +164,7 @@ def search_batch(
                 through = spent + length(x, y, node_x[u64(n)], node_y[u64(n)])
                 if through < cost[u64(n)] - EQUAL:
                     estimate = through + length(node_x[u64(n)], node_y[u64(n)], gx, gy)
-                    if estimate < best and blocked[u64(_slot(blocked, v, n))] != v * room + n + 1:
+                    if estimate < best:
                         _offer(edge_key, edge, count, room, v, n, estimate)
             continue
         if count[VERTICES] + count[NODES] > len(vertex):
@@ -179,9 +179,11 @@ def search_batch(
         through = cost[u64(p)] + length(node_x[u64(p)], node_y[u64(p)], x, y)
         if through >= cost[u64(n)] - EQUAL or through + length(x, y, gx, gy) >= best:
             continue
+        if blocked[u64(_slot(blocked, p, n))] == both + 1:
+            continue
         count[LINES] += 1
         if not line_free(free, even, stride, node_x[u64(p)], node_y[u64(p)], x, y, rule):
-            blocked[u64(_slot(blocked, p, n))] = p * room + n + 1
+            blocked[u64(_slot(blocked, p, n))] = both + 1
             continue
         for _ in range(whole[ANCESTORS]):
             o = int(parent[u64(p)])
