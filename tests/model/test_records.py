@@ -90,8 +90,8 @@ def classes(make: Callable[..., Any], how: dict[str, bool]) -> SimpleNamespace:
     )
 
 
-OF_SLOTS = "super(type, obj): obj must be an instance or subtype of type"
-"""What the standard library of Python 3.11 says for any attribute that is no field, of a class with slots."""
+OF_SLOTS = "super(type, obj): obj "
+"""How begins what the standard library of Python 3.11 to 3.13 says for any attribute that is no field, of a class with slots."""
 CALLS: tuple[tuple[str, tuple[Any, ...], dict[str, Any]], ...] = (
     ("Plain", (1,), {}),
     ("Plain", (1, 2.0, [3], "y"), {}),
@@ -150,7 +150,7 @@ def test_all_that_can_be_seen_is_equal(how: dict[str, bool]) -> None:
     mine, theirs = told(classes(records.dataclass, how)), told(classes(dataclasses.dataclass, how))
     assert len(mine) == len(theirs) > 100
     for a, b in zip(mine, theirs, strict=True):
-        if isinstance(b, tuple) and b[1:] == (OF_SLOTS,):
+        if isinstance(b, tuple) and str(b[1]).startswith(OF_SLOTS):
             assert a in (None, b) or a[0] is dataclasses.FrozenInstanceError
         else:
             assert a == b
