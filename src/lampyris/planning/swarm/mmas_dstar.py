@@ -28,8 +28,10 @@ from lampyris.planning.swarm.walks import PART, Paths, parts
 
 DRAWS = 1 << 14
 """Numbers drawn at once for walks in a kernel, or on a small map."""
-TABLE = 1 << 17
-"""Steps of a map up to which the weights of all are made once a round: a millisecond."""
+TABLE = 1 << 18
+"""Steps of a map up to which the weights of all are made once a round: two milliseconds."""
+ALL_CELLS = 1 << 21
+"""Cells of a map, counted for each ant, up to which that is done: 16 MB."""
 FEW = 4
 """Ants that walk one by one: an operation on arrays of so many takes as long."""
 
@@ -155,7 +157,7 @@ class Ants(ABC):
             self._seen[ant : ant + rows, self._start] = True
         pieces = self._compiled_turns(here)
         if pieces is None:
-            small = self._ground.free.size * self._steps <= TABLE
+            small = self._ground.free.size * self._steps <= TABLE and self._seen.size <= ALL_CELLS
             pieces = self._small_turns(here) if small else self._turns(here, walking)
         return self._gathered(here, pieces)
 
