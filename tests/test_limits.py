@@ -18,8 +18,7 @@ from lampyris._core.limits import MAX_CELLS
 from lampyris._core.scalars import MAX_SEED
 from lampyris.errors import LampyrisError, LimitError
 from lampyris.io import paths as way_file
-from lampyris.io.maps import load
-from lampyris.io.maps.formats import movingai, pgm
+from lampyris.io.maps.formats import movingai, pgm, table
 from lampyris.io.maps.formats import npy as numpy_file
 from lampyris.io.maps.formats import png as image
 from lampyris.io.maps.formats.document import byte_limit
@@ -424,7 +423,7 @@ def test_a_number_of_a_table(tmp_path: Path) -> None:
 def test_what_a_file_is_shows_in_its_head(tmp_path: Path) -> None:
     """A zero byte within the head: no text. Behind it: the reader of texts says what is wrong."""
     codes = []
-    for at in (load.HEAD_BYTES - 2, load.HEAD_BYTES - 1, load.HEAD_BYTES):
+    for at in (table.HEAD_BYTES - 2, table.HEAD_BYTES - 1, table.HEAD_BYTES):
         with pytest.raises(LampyrisError) as caught:
             load_map(put(tmp_path, b"." * at + b"\0\n", "m.dat"))
         codes.append(caught.value.code)

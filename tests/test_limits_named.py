@@ -424,7 +424,7 @@ ASKED: dict[str, str] = {
     "planning.lattice.state_memory.KEPT_BYTES": NOT_INPUT
     + "memory kept between sessions, tests/lattice/test_state_memory.py",
     "io.text.csv_table.GREATEST": LIMITS_PY,
-    "io.maps.load.HEAD_BYTES": LIMITS_PY,
+    "io.maps.formats.table.HEAD_BYTES": LIMITS_PY,
     "io.maps.formats.movingai.HEADER_BYTES": LIMITS_PY,
     "io.maps.formats.npy.HEADER_BYTES": LIMITS_PY,
     "io.maps.formats.pgm.HEADER_BYTES": LIMITS_PY,

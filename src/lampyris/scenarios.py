@@ -233,7 +233,7 @@ def without_effect(scenario: Scenario) -> tuple[str, ...]:
 def _idle_limits(scenario: Scenario) -> tuple[str, ...]:
     robot, usual = scenario.scene.robot, Robot()
     given = [f.name for f in fields(Robot) if getattr(robot, f.name) != getattr(usual, f.name)]
-    if scenario.planner in registry.pose_names():
+    if registry.plans_poses(scenario.planner):
         given = [
             name
             for name in given

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -62,6 +63,49 @@ def test_the_kernel_walks_as_all_ants_at_once(planner: SwarmPlanner, monkeypatch
         monkeypatch.setattr(mmas_dstar, "PART", part)
         assert [rounds(planner, seed) for seed in seeds] == wanted
     assert len(calls) > 8 * sum(map(bool, wanted))
+
+
+@pytest.mark.parametrize("planner", PLANNERS, ids=str)
+def test_a_small_map_is_walked_as_any(planner: SwarmPlanner, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With weights of all steps made once a round; all ants at once, one by one, and the last of them one by one."""
+    monkeypatch.setattr(ant_walks, "pays", lambda *args: False)
+    seeds = range(1, 60, 3)
+    monkeypatch.setattr(mmas_dstar, "TABLE", 0)
+    wanted = [rounds(planner, seed) for seed in seeds]
+    assert sum(map(bool, wanted)) >= 6
+    monkeypatch.undo()
+    monkeypatch.setattr(ant_walks, "pays", lambda *args: False)
+    monkeypatch.setattr(mmas_dstar.Ants, "_turns", None)
+    for few, draws in ((mmas_dstar.FEW, mmas_dstar.DRAWS), (0, 8), (100, 8), (2, 50)):
+        monkeypatch.setattr(mmas_dstar, "FEW", few)
+        monkeypatch.setattr(mmas_dstar, "DRAWS", draws)
+        assert [rounds(planner, seed) for seed in seeds] == wanted
+
+
+class Ones:
+    """Draws so near to 1 that their product with a sum is the sum."""
+
+    bit_generator = SimpleNamespace(state=None)
+
+    def random(self, n: int) -> Any:
+        return np.ones(n)
+
+
+def test_a_draw_that_rounds_to_the_sum_is_below_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ant_walks, "pays", lambda *args: False)
+    scene = random_scene(4)
+    ground = Memory(scene, "ant-system").ground()
+    exact = int(ground.exact[scene.start[1], scene.start[0]])
+    assert exact > 0
+    made = []
+    for table, few in ((0, 6), (mmas_dstar.TABLE, 0), (mmas_dstar.TABLE, 6)):
+        monkeypatch.setattr(mmas_dstar, "TABLE", table)
+        monkeypatch.setattr(mmas_dstar, "FEW", few)
+        task = Task(ground, np.array(scene.start), None, exact)
+        paths = AntSystem(swarm=3).begin(task, Ones())[0].ask()  # type: ignore[arg-type]
+        made.append((paths.first.tolist(), paths.at.tolist(), paths.step.tolist(), paths.missing.tolist()))
+    assert len(made[0][1]) > 0
+    assert made == made[:1] * 3
 
 
 @pytest.mark.parametrize("name", MOVES)

@@ -6,6 +6,7 @@ import itertools
 import math
 from collections import Counter
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,8 +16,8 @@ import lampyris
 from lampyris._core.cancellation import CancelToken
 from lampyris.errors import SettingError
 from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE, sees
-from lampyris.kernels.sampling import draws
-from lampyris.kernels.sampling.buckets import around, file_node
+from lampyris.kernels.sampling import batch, draws, growth
+from lampyris.kernels.sampling.buckets import around, dearer, file_node
 from lampyris.kernels.sampling.lines import line_free
 from lampyris.kernels.sampling.nearest import nearest, node_at, put_node
 from lampyris.model.change import Change
@@ -27,6 +28,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.planning import registry
 from lampyris.planning.base import Budget
+from lampyris.planning.sampling import trees
 from lampyris.planning.sampling.ground import SamplingMap
 from lampyris.planning.sampling.trees import Query
 from lampyris.referee import check_plan
@@ -369,7 +371,53 @@ def test_the_nearest_node_and_those_around() -> None:
         assert (node_at(sides, x, y, 0, px, py) >= 0) == (d.min() == 0)
         radius = float(rng.uniform(1, 20))
         many = around(bucket, link, 8, 8, 1, x, y, px, py, radius, near)
-        assert sorted(near[:many].tolist()) == np.flatnonzero((d > 0) & (d <= radius * radius)).tolist()
+        found = near[:many].tolist()
+        assert sorted(found) == np.flatnonzero((d > 0) & (d <= radius * radius)).tolist()
+        cost = np.where(rng.random(n) < 0.2, np.inf, rng.uniform(0, 90, n))
+        spent = float(rng.uniform(0, 90))
+        falls = spent + np.sqrt(d) < cost
+        rows = (bucket, link, 8, 8, 1, x, y, cost, px, py, radius)
+        many = dearer(*rows, spent, near)
+        some = near[:many].tolist()
+        assert some == [k for k in found if k in some]  # in the same order
+        assert {k for k in found if falls[k]} <= set(some) <= {k for k in found if cost[k] > spent}
+        assert len(some) <= sum(falls[found]) + 1
+        many = dearer(*rows, -math.inf, near)
+        assert near[:many].tolist() == found
+
+
+@pytest.mark.parametrize("name", ["rrt-star", "bit-star"])
+def test_more_batches_are_foreseen_unless_the_first_path_may_be_straight(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kernel: Any = growth.grow if name == "rrt-star" else batch.search_batch
+    asked: list[int] = []
+    monkeypatch.setattr(kernel, "expect", lambda calls, *given: asked.append(calls))
+    plan_of(name, Scene(Grid(np.zeros((20, 20), dtype=bool)), (0, 0), (19, 7)), samples=1000)
+    assert 10 not in asked  # not before the first batch
+    asked.clear()
+    plan_of(name, walled(4), samples=1000)
+    assert asked == [10, 9, 8, 7, 6, 5, 4, 3, 2, 1]
+
+
+def test_lines_that_are_known_to_be_blocked_are_not_checked_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    scenes = [walled(seed, 70) for seed in (3, 5, 7)]
+    lines: list[int] = []
+    run = trees.BatchSearch.run
+
+    def noted(self: trees.BatchSearch, samples: int) -> None:
+        run(self, samples)
+        lines.append(self.lines)
+
+    monkeypatch.setattr(trees.BatchSearch, "run", noted)
+    plans, checked = [], []
+    for places in (1, trees.BLOCKED):
+        monkeypatch.setattr(trees, "BLOCKED", places)
+        lines.clear()
+        plans.append([plan_of("bit-star", scene, seed=8, record=True, samples=6000) for scene in scenes])
+        checked.append(sum(lines))
+    assert plans[0] == plans[1]
+    assert checked[1] < 0.8 * checked[0], checked
 
 
 def test_lines_looked_at_early_are_those_of_theta_star() -> None:

@@ -8,8 +8,8 @@ import types
 import typing
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from dataclasses import fields as dataclass_fields
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ import numpy as np
 
 from lampyris._core.defaults import VIA_ORDERS
 from lampyris._core.limits import MAX_CELLS
+from lampyris._core.records import dataclass
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE
 from lampyris.cli.option_errors import check_choice
 from lampyris.cli.option_groups import (
@@ -165,7 +166,7 @@ class Request:
             zones=zones,
         )
         name, where = self.map.map_, self.law_options.zones
-        bundled = name in library.names()
+        bundled = library.is_bundled(name)
         source: MapSource | None = (
             Bundled(name) if bundled else MapFile(name, self.map.values, self.map.colour)
         )
@@ -236,9 +237,9 @@ def scene_notes(scene: Scene) -> tuple[str, ...]:
 def drive_notes(scenario: Scenario) -> tuple[str, ...]:
     """Notes to print before a scenario is driven."""
     from lampyris import scenarios
-    from lampyris.planning.registry import pose_names
+    from lampyris.planning.registry import plans_poses
 
-    moved = () if scenario.planner in pose_names() else scene_notes(scenario.scene)
+    moved = () if plans_poses(scenario.planner) else scene_notes(scenario.scene)
     return (*scenario.notes, *moved, *scenarios.without_effect(scenario))
 
 
@@ -467,6 +468,8 @@ def parse_settings(planner: str, words: list[str], table: Any = registry) -> dic
     UsageError : a word without ``=``, a setting the planner does not have, a value of the wrong type.
     """
     kind = table.planner_class(planner)
+    if not words:
+        return {}
     declared = typing.get_type_hints(kind)
     hints = {f.name: declared[f.name] for f in dataclass_fields(kind)}
     given: dict[str, Any] = {}

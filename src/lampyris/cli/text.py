@@ -7,7 +7,6 @@ At a terminal: tables that fit its width, in colour. Into a pipe or a file: a li
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -156,6 +155,8 @@ def plural(n: int, word: str) -> str:
 
 def print_json(record: Any) -> None:
     """Write one line of JSON to standard output."""
+    import json  # 1 ms, for this alone
+
     sys.stdout.write(json.dumps(record, allow_nan=False, separators=(",", ":")) + "\n")
     sys.stdout.flush()
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from lampyris._core import elementary
 from lampyris._core.predicates import array_of, numbers
+from lampyris._core.records import dataclass
 from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
 from lampyris.model.grid import frozen

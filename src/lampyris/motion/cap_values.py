@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.records import dataclass
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.typing import Floats
 

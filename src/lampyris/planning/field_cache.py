@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 from typing import Any
 
+from lampyris._core.records import dataclass
 from lampyris.model.grid import GridKey
 from lampyris.model.moves import Moves
 from lampyris.planning.field.layers import free_cells

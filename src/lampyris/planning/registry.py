@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from pkgutil import resolve_name
 from types import MappingProxyType
-from typing import Any, Generic, Literal, TypeVar, cast, overload
+from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypeVar, cast, overload
 from weakref import WeakKeyDictionary
 
 from lampyris._core.cancellation import uninterrupted
+from lampyris._core.records import dataclass
 from lampyris.errors import InputError, UnknownSettingError, UsageError, did_you_mean, shown
+from lampyris.planning import built_in
 from lampyris.planning.base import FleetTraits, Planner, Traits
+
+if TYPE_CHECKING:
+    from importlib.metadata import Distribution, EntryPoint
 
 GROUP = "lampyris.planners"
 """Entry points of planners on cells: any verb takes them."""
@@ -23,13 +28,31 @@ FLEET_GROUP = "lampyris.fleet_planners"
 """Entry points of planners of fleets, for many robots on one map: for ``fleet`` and studies of fleets."""
 GROUPS = MappingProxyType({"cells": GROUP, "poses": POSE_GROUP, "fleets": FLEET_GROUP})
 """Groups of entry points by kind of planner."""
+_OURS = MappingProxyType({GROUP: built_in.CELLS, POSE_GROUP: built_in.POSES, FLEET_GROUP: built_in.FLEETS})
 _OF_SCENES = ("cells", "poses")
 LONGEST_TITLE = 40
 """Characters of a planner's title at most: a longer beginning of a summary is no name."""
 _T = TypeVar("_T", Traits, FleetTraits)
 
 
-_CLASSES: dict[EntryPoint, type[Any]] = {}
+class _Ours(NamedTuple):
+    """What stands for the entry point of a planner of this package."""
+
+    name: str
+    value: str
+    group: str
+
+    @property
+    def dist(self) -> Distribution | None:
+        """No other package."""
+        return None
+
+    def load(self) -> Any:
+        """The planner's class."""
+        return resolve_name(self.value)
+
+
+_CLASSES: dict[EntryPoint | _Ours, type[Any]] = {}
 """Classes of entry points that have been loaded."""
 _SETTINGS: WeakKeyDictionary[type[Any], Mapping[str, Any]] = WeakKeyDictionary()
 """Settings of planners that were asked for, with their defaults."""
@@ -58,9 +81,12 @@ class PlannerInfo(Generic[_T]):
 
 
 @cache
-def _entries(group: str = GROUP) -> Mapping[str, EntryPoint]:
-    found = {e.name: e for e in sorted(entry_points(group=group), key=lambda e: e.name)}
-    return MappingProxyType(found)
+def _entries(group: str = GROUP) -> Mapping[str, EntryPoint | _Ours]:
+    from importlib.metadata import entry_points  # imports the email package
+
+    found: dict[str, EntryPoint | _Ours] = {e.name: e for e in entry_points(group=group)}
+    found |= {name: _Ours(name, value, group) for name, value in _OURS[group].items()}
+    return MappingProxyType(dict(sorted(found.items())))
 
 
 def names() -> tuple[str, ...]:
@@ -71,6 +97,11 @@ def names() -> tuple[str, ...]:
 def pose_names() -> tuple[str, ...]:
     """The names of all planners of poses, sorted."""
     return tuple(_entries(POSE_GROUP))
+
+
+def plans_poses(name: str) -> bool:
+    """Whether a planner is one of poses; False, too, if nobody has registered the name."""
+    return name in built_in.POSES or (name not in built_in.CELLS and name in pose_names())
 
 
 def demand_name(name: str) -> None:
@@ -88,7 +119,12 @@ def fleet_names() -> tuple[str, ...]:
     return tuple(_entries(FLEET_GROUP))
 
 
-def _entry(name: str, kinds: tuple[str, ...]) -> EntryPoint:
+def _entry(name: str, kinds: tuple[str, ...]) -> EntryPoint | _Ours:
+    for kind in kinds:
+        try:
+            return _Ours(name, _OURS[GROUPS[kind]][name], GROUPS[kind])
+        except (KeyError, TypeError):
+            continue
     for kind in kinds:
         try:
             return _entries(GROUPS[kind])[name]
@@ -137,7 +173,7 @@ def any_class(name: str, kinds: tuple[str, ...] = tuple(GROUPS)) -> type[Any]:
     return cast(type[Any], loaded)
 
 
-def _broken(entry: EntryPoint, what: str) -> InputError:
+def _broken(entry: EntryPoint | _Ours, what: str) -> InputError:
     """The error for a third-party planner that cannot be used; it names the package that has to be repaired."""
     package = origin_of(entry.name) or "lampyris"
     return InputError(
@@ -153,7 +189,9 @@ def title_of(name: str) -> str:
 
     Without a colon, and if nobody has registered the name, the name itself.
     """
-    if not any(name in _entries(group) for group in GROUPS.values()):
+    try:
+        _entry(name, tuple(GROUPS))
+    except UsageError:
         return name
     return _title(name, any_class(name).summary)
 

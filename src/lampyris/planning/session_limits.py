@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import functools
+import sys
 from collections.abc import Callable
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
@@ -51,13 +52,16 @@ def limited(plan: Ask[S]) -> Callable[..., Plan]:
                 session.drop(isinstance(why, KeyboardInterrupt))
                 raise
         with cancellation.watching(seconds, stop) as own:
-            rng = getattr(session, "_rng", None) if cancellation.watch() is not None else None
-            drawn = rng.bit_generator.state if isinstance(rng, np.random.Generator) else {}
+            rng: Any = getattr(session, "_rng", None) if cancellation.watch() is not None else None
+            draws = "numpy.random" in sys.modules and isinstance(
+                rng, np.random.Generator
+            )  # else not imported
+            drawn = rng.bit_generator.state if draws else {}
             try:
                 return plan(session, change, budget)
             except (Cancelled, KeyboardInterrupt) as why:
                 name = session.drop(isinstance(why, KeyboardInterrupt))
-                if isinstance(rng, np.random.Generator):
+                if draws:
                     rng.bit_generator.state = drawn
                 if own is None or isinstance(why, KeyboardInterrupt) or _outer(own):
                     raise

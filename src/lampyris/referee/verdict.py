@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from lampyris._core.records import dataclass
 from lampyris.errors import InternalFault
 
 

@@ -81,11 +81,11 @@ def plan_scenario(scenario: Scenario, out: Outputs, budget: Budget | None = None
     from lampyris.cli.request import scene_notes
     from lampyris.model.plan import Status
     from lampyris.motion.laws.node_table import nodes_of
-    from lampyris.planning.registry import pose_names
+    from lampyris.planning.registry import plans_poses
     from lampyris.report.data.serialize import plan_record
 
     scene = scenario.scene
-    moved = () if scenario.planner in pose_names() else scene_notes(scene)
+    moved = () if plans_poses(scenario.planner) else scene_notes(scene)
     print_notes((*scenario.notes, *moved, *scenarios.without_effect(scenario)))
     with working(f"planning on {scene.grid.name or 'the map'}", quiet=out.json):
         record = out.explain or out.picture is not None
@@ -138,7 +138,7 @@ def _draw(scenario: Scenario, found: Plan, profile: Profile | None, out: Outputs
 def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: bool, name: str = "") -> None:
     """Print a plan: the verdict first, then the numbers, then (on request) every iteration."""
     from lampyris.model.plan import Status
-    from lampyris.planning.registry import pose_names
+    from lampyris.planning.registry import plans_poses
     from lampyris.report.data.metrics import path_metrics
     from lampyris.report.data.serialize import STEP_WORDS, corners_record
 
@@ -194,7 +194,7 @@ def print_plan(found: Plan, scene: Scene, profile: Profile | None, *, explain: b
     rows.append(("iterations", f"{found.iterations}; {found.expansions} expansions"))
     on_path = text.first_few([g.cell for g in found.gates_on_path]) or "none"
     unjudged = found.status is Status.LIMIT or (found.path is not None and found.optimal_cost is None)
-    if found.planner not in pose_names() and (found.gates_in_map or not unjudged):
+    if not plans_poses(found.planner) and (found.gates_in_map or not unjudged):
         rows.append(("gates", f"on the path: {on_path}; in the map: {len(found.gates_in_map)}"))
     if found.gates_met:
         rows.append(("replanned at", text.first_few(found.gates_met)))
@@ -230,9 +230,9 @@ def _via(found: Plan) -> str:
 
 def _motion(found: Plan, scene: Scene) -> str:
     """How the robot moves from state to state."""
-    from lampyris.planning.registry import pose_names
+    from lampyris.planning.registry import plans_poses
 
-    return f"{scene.robot.drive} drive" if found.planner in pose_names() else f"{scene.moves.name} moves"
+    return f"{scene.robot.drive} drive" if plans_poses(found.planner) else f"{scene.moves.name} moves"
 
 
 def _explain(found: Plan, scene: Scene, profile: Profile | None) -> None:

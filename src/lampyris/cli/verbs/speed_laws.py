@@ -98,11 +98,11 @@ class SpeedRequest:
     def check(self) -> tuple[str, ...]:
         """Reject options that contradict each other; return the laws to compare, the examined one among them."""
         law = self.base.law
-        if self.path is None and self.base.planner in registry.pose_names():
+        if self.path is None and registry.plans_poses(self.base.planner):
             self._check_of_poses()
         if self.smooth is not None:
             check_choice("SMOOTH", "--smooth", self.smooth, tuple(SMOOTHING))
-        cells = self.path is None and self.base.planner not in registry.pose_names()
+        cells = self.path is None and not registry.plans_poses(self.base.planner)
         if cells and self.drawing == "none" and self.spacing is not None:
             raise UsageError(
                 "OPTIONS",

@@ -7,27 +7,20 @@ some hundredths. Its recipe is kept as well, and a test makes each map again and
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from functools import cache
-from importlib.resources import files
+from pkgutil import get_data
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from lampyris._core.limits import MAX_CELLS
+from lampyris._core.records import dataclass
 from lampyris.errors import FileError, did_you_mean
 from lampyris.io.maps.formats.document import FileSource, MapDocument, MapQuery, Reading, document
-from lampyris.io.maps.formats.plain_text import read_text
-from lampyris.io.maps.formats.png import read_png
 from lampyris.typing import BoolGrid
 
 if TYPE_CHECKING:
     from lampyris.io.maps.recipes.make import RecipeCells
-
-_READERS: Mapping[str, Callable[[FileSource], Reading]] = MappingProxyType(
-    {"txt": read_text, "png": read_png}
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +72,11 @@ def names() -> tuple[str, ...]:
     return tuple(_index())
 
 
+def is_bundled(name: str) -> bool:
+    """Whether a bundled map is called like this."""
+    return "." not in name and "/" not in name and name in _index()  # no such name: no index is read
+
+
 def load(name: str, *, resolution: float | None = None, max_cells: int = MAX_CELLS) -> MapDocument:
     """A bundled map with its queries; the first query is its start and goal.
 
@@ -88,12 +86,18 @@ def load(name: str, *, resolution: float | None = None, max_cells: int = MAX_CEL
     LimitError : it has more cells than ``max_cells``.
     """
     entry = _entry(name)
-    data = (files("lampyris.io.maps") / "data" / entry["file"]).read_bytes()
+    data = _data(entry["file"])
     values = "costmap" if entry.get("terrain") else "occupancy"
     source = FileSource(data, name, max_cells, values=values)
-    read = _READERS[entry["file"].rpartition(".")[2]]
     queries = _queries(entry)
-    made = document(read(source), source, name=name, format="bundled", resolution=resolution, queries=queries)
+    made = document(
+        _reading(source, entry["file"]),
+        source,
+        name=name,
+        format="bundled",
+        resolution=resolution,
+        queries=queries,
+    )
     first = queries[0]
     return MapDocument(made.grid, first.start, first.goal, made.obstacle_cells, queries, "bundled")
 
@@ -131,7 +135,7 @@ def thumbnail_png(name: str) -> bytes:
     FileError : no bundled map of that name.
     """
     _entry(name)
-    return (files("lampyris.io.maps") / "data" / "thumbs" / f"{name}.png").read_bytes()
+    return _data(f"thumbs/{name}.png")
 
 
 def remake(name: str) -> BoolGrid:
@@ -159,8 +163,26 @@ def remake_ground(name: str) -> RecipeCells:
 
 @cache
 def _index() -> Mapping[str, Mapping[str, Any]]:
-    text = (files("lampyris.io.maps") / "data" / "index.json").read_text(encoding="utf-8")
-    return MappingProxyType(json.loads(text)["maps"])
+    import json
+
+    return MappingProxyType(json.loads(_data("index.json"))["maps"])
+
+
+def _data(file: str) -> bytes:
+    """What a file of the package holds. (importlib.resources takes 5 ms to import.)"""
+    data = get_data("lampyris.io.maps", f"data/{file}")
+    assert data is not None
+    return data
+
+
+def _reading(source: FileSource, file: str) -> Reading:
+    if file.endswith(".txt"):
+        from lampyris.io.maps.formats.plain_text import read_text
+
+        return read_text(source)
+    from lampyris.io.maps.formats.png import read_png
+
+    return read_png(source)
 
 
 def _entry(name: str) -> Mapping[str, Any]:

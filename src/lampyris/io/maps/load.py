@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from lampyris._core import defaults
@@ -13,53 +12,11 @@ from lampyris._core.scalars import is_word
 from lampyris.errors import FileError, SettingError, did_you_mean, of_kind, shown
 from lampyris.io.files import read_regular
 from lampyris.io.maps import library
-from lampyris.io.maps.formats import bmp, movingai, npy, pgm, plain_text, ros
-from lampyris.io.maps.formats import csv as csv_file
-from lampyris.io.maps.formats import png as image
-from lampyris.io.maps.formats.document import (
-    FileSource,
-    MapDocument,
-    Reading,
-    byte_limit,
-    check_limit,
-    document,
-)
+from lampyris.io.maps.formats.document import FileSource, MapDocument, byte_limit, check_limit, document
+from lampyris.io.maps.formats.npy import NUMPY
 
-HEAD_BYTES = 4096
 VALUES = ("occupancy", "costmap")
 COLOURS = ("legend", "luminance")
-
-
-@dataclass(frozen=True, slots=True)
-class Format:
-    """One row of the table of formats; adding a format is one reader and one row.
-
-    Parameters
-    ----------
-    name : what ``MapDocument.format`` says.
-    suffixes : the usual endings of such files, for warnings.
-    begins : whether the first bytes of a file are of this format, rightly or wrongly written.
-    read : the reader.
-    """
-
-    name: str
-    suffixes: tuple[str, ...]
-    begins: Callable[[bytes], bool]
-    read: Callable[[FileSource], Reading]
-
-
-_IMAGES = (
-    Format("png", (".png",), lambda head: head.startswith(image.MAGIC), image.read_png),
-    Format("bmp", (".bmp", ".dib"), bmp.looks_like, bmp.read_bmp),
-    Format("pgm", (".pgm", ".pbm", ".ppm", ".pnm"), pgm.looks_like, pgm.read_pgm),
-)
-_NUMPY = Format("numpy", (".npy",), lambda head: head.startswith(npy.MAGIC), npy.read_npy)
-_CSV = Format("csv", csv_file.SUFFIXES, csv_file.looks_like, csv_file.read_csv)
-_MOVINGAI = Format("movingai", (".map",), movingai.looks_like, movingai.read_map)
-FORMATS = (*_IMAGES, _NUMPY, _CSV, _MOVINGAI)
-ROS = Format("ros", ros.SUFFIXES, ros.looks_like, ros.read_ros)
-TEXT = Format("text", (".txt",), lambda head: True, plain_text.read_text)
-_PICTURES = tuple(s for f in _IMAGES for s in f.suffixes)
 
 
 def load_map(
@@ -113,7 +70,7 @@ def load_map(
     for what, word, known in (("VALUES", values, VALUES), ("COLOUR", colour, COLOURS)):
         if not is_word(word, known):
             raise SettingError(what, shown(word), where=what.lower(), allowed=" or ".join(known))
-    if isinstance(name_or_path, str) and name in library.names():
+    if isinstance(name_or_path, str) and library.is_bundled(name):
         if values != VALUES[0]:
             what, todo = "a bundled map says itself what its cells are", "leave the option out"
             raise SettingError("VALUES", what, where=name, todo=todo, setting="values")
@@ -125,39 +82,16 @@ def load_map(
             raise _missing(name) from None
         raise
     source = FileSource(data, name, max_cells, allow_outside, strict, values, colour, confined)
-    form = _format(source)
+    form, suffix, usual = NUMPY, Path(name).suffix.lower(), None
+    if not form.begins(data) or suffix not in form.suffixes:
+        from lampyris.io.maps.formats import table  # with all other readers
+
+        form, usual = table.format_of(source), table.usual_format(suffix)
     reading = form.read(source)
-    suffix = Path(name).suffix.lower()
-    usual = next((f for f in (*FORMATS, ROS, TEXT) if suffix in f.suffixes), form)
-    if usual is not form:
+    if usual is not None and usual is not form:
         note = f"the file is called {suffix} and is {form.name}; it was read as what it is"
         reading = replace(reading, notes=(note, *reading.notes))
     return document(reading, source, name=Path(name).name, format=form.name, resolution=resolution)
-
-
-def _format(source: FileSource) -> Format:
-    """What a file is, by its first bytes."""
-    head = source.data[:HEAD_BYTES]
-    suffix = Path(source.name).suffix.lower()
-    if not head:
-        if suffix in ROS.suffixes:
-            return ROS  # its reader says what should be there
-        raise source.error("IMG_EMPTY", "the file is empty")
-    for form in FORMATS:
-        if form.begins(head):
-            return form
-    if ROS.begins(head):
-        return ROS
-    other = image.foreign(head)
-    if not other:
-        for form in (ROS, _CSV):
-            if suffix in form.suffixes:
-                return form
-    if other or b"\0" in head or suffix in _PICTURES:
-        raise image.not_a_picture(source, "PNG, BMP, PGM, ROS YAML, MovingAI, plain text, NumPy, CSV")
-    if suffix in _MOVINGAI.suffixes:
-        return _MOVINGAI  # its reader says what the first line should be
-    return TEXT
 
 
 def _missing(name: str) -> FileError:

@@ -47,8 +47,8 @@ def _pop(keys, states, n):
     i = 0
     child = 1
     while child < last:
-        if child + 1 < last and keys[u64(child + 1)] < keys[u64(child)]:
-            child += 1
+        if child + 1 < last:
+            child += keys[u64(child + 1)] < keys[u64(child)]  # no branch: which is less cannot be foreseen
         if keys[u64(child)] >= key:
             break
         keys[u64(i)] = keys[u64(child)]

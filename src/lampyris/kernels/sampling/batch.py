@@ -12,7 +12,7 @@ from math import inf
 
 from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.lattice.search import _pop, _push
-from lampyris.kernels.sampling.buckets import around, file_node, node_at
+from lampyris.kernels.sampling.buckets import dearer, file_node, node_at
 from lampyris.kernels.sampling.draws import (
     ANCESTORS,
     BASE,
@@ -46,16 +46,22 @@ def _offer(edge_key, edge, count, room, v, x, key):
     count[EDGES] += 1
 
 
+@kernel()
+def _slot(blocked, p, n):
+    """Where the line from node p to node n is noted if it is found to be blocked."""
+    return (p * 0x9E3779B1 + n) & (len(blocked) - 1)
+
+
 @kernel(
     out=(
         "bucket", "link", "node_x", "node_y", "parent", "child", "after", "before", "cost", "stale", "tree", "edge_key", "edge",
-        "vertex_key", "vertex", "near", "changed", "count",
+        "vertex_key", "vertex", "near", "changed", "blocked", "count",
     ),
     of="near", each=8000,
 )  # fmt: skip
 def search_batch(
     free, even, cells, narrow, trail, whole, radius, bucket, link, node_x, node_y, parent, child, after, before, cost, stale,
-    tree, edge_key, edge, vertex_key, vertex, near, changed, count, halt,
+    tree, edge_key, edge, vertex_key, vertex, near, changed, blocked, count, halt,
 ):  # fmt: skip
     """Take one batch of samples, and search until no line that waits can lead to a shorter path.
 
@@ -69,6 +75,9 @@ def search_batch(
     tree : int32 (room,): the nodes of the tree, as they joined it: before the first batch the start, or a whole path.
     edge_key, edge : float64, int64: the lines that wait.
     vertex_key, vertex : float64, int64: the nodes that wait.
+    blocked : int64, as many as a power of two, 0 at first: lines that were found to be blocked, from node p to node n as
+        p * room + n + 1, each in the place of its own; a later one takes the place of an earlier. A node whose cost falls is
+        asked for lines again, and five of six that it is asked for are among these.
     count : int64 (10,).
     """
     stride = whole[STRIDE]
@@ -115,7 +124,7 @@ def search_batch(
                 child[u64(n)] = -1
                 stale[u64(n)] = 0
                 file_node(bucket, link, wide, base, x, y, n)
-                many = around(bucket, link, wide, high, base, node_x, node_y, x, y, radius, near)
+                many = dearer(bucket, link, wide, high, base, node_x, node_y, cost, x, y, radius, -inf, near)
             else:
                 pick = (drawn(key, count[DRAWN]) * count[JOINED]) >> 32
                 count[DRAWN] += 1
@@ -148,13 +157,15 @@ def search_batch(
             stale[u64(v)] = 0
             x = int(node_x[u64(v)])
             y = int(node_y[u64(v)])
-            many = around(bucket, link, wide, high, base, node_x, node_y, x, y, radius, near)
+            spent = cost[u64(v)] + 0.0
+            many = dearer(bucket, link, wide, high, base, node_x, node_y, cost, x, y, radius, spent, near)
             for i in range(many):
                 n = int(near[u64(i)])
-                through = cost[u64(v)] + length(x, y, node_x[u64(n)], node_y[u64(n)])
-                estimate = through + length(node_x[u64(n)], node_y[u64(n)], gx, gy)
-                if through < cost[u64(n)] - EQUAL and estimate < best:
-                    _offer(edge_key, edge, count, room, v, n, estimate)
+                through = spent + length(x, y, node_x[u64(n)], node_y[u64(n)])
+                if through < cost[u64(n)] - EQUAL:
+                    estimate = through + length(node_x[u64(n)], node_y[u64(n)], gx, gy)
+                    if estimate < best:
+                        _offer(edge_key, edge, count, room, v, n, estimate)
             continue
         if count[VERTICES] + count[NODES] > len(vertex):
             return FULL
@@ -168,15 +179,19 @@ def search_batch(
         through = cost[u64(p)] + length(node_x[u64(p)], node_y[u64(p)], x, y)
         if through >= cost[u64(n)] - EQUAL or through + length(x, y, gx, gy) >= best:
             continue
+        if blocked[u64(_slot(blocked, p, n))] == both + 1:
+            continue
         count[LINES] += 1
         if not line_free(free, even, stride, node_x[u64(p)], node_y[u64(p)], x, y, rule):
+            blocked[u64(_slot(blocked, p, n))] = both + 1
             continue
         for _ in range(whole[ANCESTORS]):
-            o = parent[u64(p)]
-            if o < 0:
+            o = int(parent[u64(p)])
+            if o < 0 or blocked[u64(_slot(blocked, o, n))] == o * room + n + 1:
                 break
             count[LINES] += 1
             if not line_free(free, even, stride, node_x[u64(o)], node_y[u64(o)], x, y, rule):
+                blocked[u64(_slot(blocked, o, n))] = o * room + n + 1
                 break
             p = o + 0
             through = cost[u64(p)] + length(node_x[u64(p)], node_y[u64(p)], x, y)

@@ -56,3 +56,25 @@ def around(bucket, link, wide, high, base, node_x, node_y, x, y, radius, near):
                     count += 1
                 n = link[u64(n)] - base
     return count
+
+
+@kernel(out=("near",))
+def dearer(bucket, link, wide, high, base, node_x, node_y, cost, x, y, radius, spent, near):
+    """The same, of nodes that a line from here might make cheaper: that cost more than ``spent`` and the line to them, or
+    as much to within rounding. With minus infinity all."""
+    reach = int(radius)
+    count = 0
+    most = radius * radius
+    for v in range(max(y - reach, 0) >> BITS, min((y + reach) >> BITS, high - 1) + 1):
+        for u in range(max(x - reach, 0) >> BITS, min((x + reach) >> BITS, wide - 1) + 1):
+            n = bucket[u64(v * wide + u)] - base
+            while n >= 0:
+                dx = node_x[u64(n)] - x
+                dy = node_y[u64(n)] - y
+                d = float(dx * dx + dy * dy)
+                gap = cost[u64(n)] - spent
+                # Whether it counts cannot be foreseen: written in any case, which takes less time than a wrong guess.
+                near[u64(count)] = n
+                count += (gap > 0.0) & (d > 0.0) & (d <= most) & (d <= gap * gap * 1.000001)
+                n = link[u64(n)] - base
+    return count

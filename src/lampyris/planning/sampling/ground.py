@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.records import dataclass
 from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE, follow
 from lampyris.kernels.sampling.buckets import BITS
+from lampyris.kernels.sampling.lines import line_free
 from lampyris.kernels.sampling.shorten import lay, shorten
 from lampyris.model.moves import Moves
 from lampyris.planning.graph.grid_graph import PaddedMap, check_limits
@@ -116,6 +117,11 @@ class SamplingMap:
         """Distance between two flat cells."""
         (ay, ax), (by, bx) = divmod(a, self.stride), divmod(b, self.stride)
         return math.sqrt(float((ax - bx) * (ax - bx) + (ay - by) * (ay - by)))
+
+    def straight(self, a: int, b: int) -> bool:
+        """Whether a free line leads from one flat cell to another. In plain form: no kernel is loaded for one line."""
+        (ay, ax), (by, bx) = divmod(a, self.stride), divmod(b, self.stride)
+        return bool(line_free.linked()(self.board.free.data, EVEN, self.stride, ax, ay, bx, by, self.rule))
 
     def joined(self, a: int, b: int) -> bool:
         """Whether single steps through cells that are free now lead from one flat cell to another."""

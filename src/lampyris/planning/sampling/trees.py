@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lampyris._core.records import dataclass
 from lampyris.kernels.sampling import batch, draws, growth
 from lampyris.kernels.sampling import connect as pair
 from lampyris.kernels.sampling.takeover import take_over
@@ -18,6 +18,8 @@ from lampyris.typing import Floats
 
 FACTOR = 1.1
 """By which neighbourhoods are greater than the least that is proven to do."""
+BLOCKED = 1 << 17
+"""Places for blocked lines of a search at most: a megabyte."""
 _WHOLE = 2**32
 _NO_SIDES = np.empty(0, dtype=np.int32)
 _SHORTER = 0.9995
@@ -128,6 +130,11 @@ class SampledSearch:
             self._trail = ground.along(self.chain())
         return ground.board.free, EVEN, ground.cells, ground.narrow, self._trail
 
+    def _goes_on(self) -> bool:
+        """Whether there will be more batches, as far as it is known: a first path that is straight ends the search."""
+        query = self._query
+        return self.taken > 0 or not query.ground.straight(query.start, query.goal)
+
     def _place_of_buckets(self) -> tuple[int, int, int]:
         ground = self._query.ground
         return ground.stride, ground.wide, int(self._whole_[draws.BASE])
@@ -233,7 +240,7 @@ class OneTree(SampledSearch):
             self._link, self._sides, self._stack, self._x, self._y, self._parent, *self._kin, self._cost, self._near,
             self._changed, self._count,
         )  # fmt: skip
-        if self._star and self.taken:  # a first path that is straight ends the search
+        if self._star and self._goes_on():
             growth.grow.expect((self._query.samples - self.taken) // samples, *given)
         growth.grow(*given)
         self._note()
@@ -331,6 +338,7 @@ class BatchSearch(SampledSearch):
         self._kin = np.full((4, room), -1, dtype=np.int32)
         self._cost, self._stale = np.full(room, np.inf), np.zeros(room, dtype=np.uint8)
         self._heaps(8 * min(room, 2048) + 2 * room)
+        self._blocked = np.zeros(min(1 << (8 * room).bit_length(), BLOCKED), dtype=np.int64)
         for n, flat in enumerate((query.start, query.goal)):
             self._x[n], self._y[n] = x, y = self._place(flat)
             b = (y >> 3) * ground.wide + (x >> 3)
@@ -359,9 +367,9 @@ class BatchSearch(SampledSearch):
             given = (
                 *self._drawn_from(), self._whole_, radius, self._bucket, self._link, self._x,
                 self._y, *self._kin, self._cost, self._stale, self._tree, self._edge_key, self._edge, self._vertex_key,
-                self._vertex, self._near, self._changed, self._count,
+                self._vertex, self._near, self._changed, self._blocked, self._count,
             )  # fmt: skip
-            if self.taken:
+            if self._goes_on():
                 batch.search_batch.expect((self._query.samples - self.taken) // samples, *given)
             outcome = batch.search_batch(*given)
             if outcome != batch.FULL:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from bisect import bisect_right
+from collections.abc import Callable
+from functools import cached_property
+from itertools import accumulate
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,6 +15,7 @@ from numpy.typing import NDArray
 
 from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import checkpoint
+from lampyris._core.records import dataclass
 from lampyris._core.settings import number, whole, word
 from lampyris.kernels.swarm.ant_walks import COST, LOGGED, RISE, TURN, USED, WALKING, ant_walks
 from lampyris.planning.swarm.optimisers.box import Values, norms
@@ -22,7 +27,13 @@ from lampyris.planning.swarm.session import Decode, SwarmPlanner, Task
 from lampyris.planning.swarm.walks import PART, Paths, parts
 
 DRAWS = 1 << 14
-"""Numbers drawn at once for walks in a kernel."""
+"""Numbers drawn at once for walks in a kernel, or on a small map."""
+TABLE = 1 << 18
+"""Steps of a map up to which the weights of all are made once a round: two milliseconds."""
+ALL_CELLS = 1 << 21
+"""Cells of a map, counted for each ant, up to which that is done: 16 MB."""
+FEW = 4
+"""Ants that walk one by one: an operation on arrays of so many takes as long."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +106,7 @@ class Ants(ABC):
         self._seed = None if task.seed is None else self._written(ground, ground.flat(task.seed))
         self._asked: Paths
         self._log: Ints = np.empty((4, 0), dtype=np.int64)
+        self._table: _Table | None = None
         self._round = 0
 
     @staticmethod
@@ -145,7 +157,8 @@ class Ants(ABC):
             self._seen[ant : ant + rows, self._start] = True
         pieces = self._compiled_turns(here)
         if pieces is None:
-            pieces = self._turns(here, walking)
+            small = self._ground.free.size * self._steps <= TABLE and self._seen.size <= ALL_CELLS
+            pieces = self._small_turns(here) if small else self._turns(here, walking)
         return self._gathered(here, pieces)
 
     def _turns(self, here: Ints, walking: NDArray[np.intp]) -> list[Ints]:
@@ -165,6 +178,83 @@ class Ants(ABC):
             if not walking.size:
                 break
         return log.pieces()
+
+    def _small_turns(self, here: Ints) -> list[Ints]:
+        """The same on a small map, where the weights of all its steps are made once a round; the last few ants walk one
+        by one. Draws and sums are those of :meth:`_turns`."""
+        if self._table is None:
+            self._table = _Table(self._ground, self._steps, here.size)
+        table, jump = self._table, self._ground.jump
+        weights = table.weights(self.tau, self.weights)
+        unseen = table.unseen
+        unseen[:] = 1.0
+        draws, turns = _Draws(self._rng, here.size * self._longest), _TurnLog()
+        walking = np.arange(here.size, dtype=np.int64)
+        at, place = (
+            here.copy(),
+            walking * self._ground.free.size + here,
+        )  # in the map, in the maps of all ants
+        unseen[place] = 0.0
+        while walking.size > FEW and turns.many < self._longest:
+            if turns.many % 32 == 0:
+                checkpoint()
+            sums = weights.take(at, 0)
+            sums *= unseen.take(place[:, np.newaxis] + jump)
+            sums = sums.cumsum(1)
+            last = sums[:, -1]
+            threshold = draws.take(walking.size) * last
+            step = (sums > threshold[:, np.newaxis]).argmax(1)
+            goes = threshold < last
+            if b"\0" in goes.tobytes():  # not all of them
+                raised = np.flatnonzero(~goes & (last > 0.0))
+                step[raised] = (sums[raised] >= last[raised, np.newaxis]).argmax(1)
+                goes[raised] = True
+                here[walking] = at
+                walking, at, place, step = walking[goes], at[goes], place[goes], step[goes]
+            turns.add(at, step, walking)
+            move = jump.take(step)
+            at = at + move
+            place = place + move
+            unseen[place] = 0.0
+            goes = at != self._goal
+            if b"\0" in goes.tobytes():
+                here[walking] = at
+                walking, at, place = walking[goes], at[goes], place[goes]
+        here[walking] = at
+        self._last_turns(here, walking, weights, draws, turns)
+        draws.give_back()
+        return turns.pieces()
+
+    def _last_turns(self, here: Ints, walking: Ints, weights: Values, draws: _Draws, turns: _TurnLog) -> None:
+        """Walk the last few ants to their ends, by Python's numbers."""
+        assert self._table is not None
+        weight, jumps = weights.reshape(-1).data, self._ground.jump.tolist()
+        fresh = bytearray(self._table.unseen.astype(np.int8))
+        cells, many, goal = self._ground.free.size, self._steps, self._goal
+        ants = [(who, int(here[who])) for who in walking.tolist()]
+        log: list[tuple[int, int, int, int]] = []
+        turn = turns.many
+        while ants and turn < self._longest:
+            if turn % 32 == 0:
+                checkpoint()
+            still = []
+            for (who, at), draw in zip(ants, draws.take(len(ants)).tolist(), strict=True):
+                edge, place = at * many, who * cells + at
+                row = zip(weight[edge : edge + many].tolist(), jumps, strict=True)
+                sums = list(accumulate([w if fresh[place + jump] else 0.0 for w, jump in row]))
+                last = sums[-1]
+                if last > 0.0:
+                    threshold = draw * last
+                    k = bisect_right(sums, threshold if threshold < last else math.nextafter(last, 0.0))
+                    log.append((at, k, who, turn))
+                    at += jumps[k]
+                    here[who] = at
+                    fresh[place + jumps[k]] = False
+                    if at != goal:
+                        still.append((who, at))
+            ants = still
+            turn += 1
+        turns.few = log
 
     def _compiled_turns(self, here: Ints) -> list[Ints] | None:
         """The same by a kernel; None where it is not worth loading. Draws and sums are those of :meth:`_turns`."""
@@ -256,19 +346,23 @@ class Eta:
     def __init__(self, ground: SearchSpace, at: Ints, step: Ints, there: Ints, may: Flags) -> None:
         self._ground, self._at, self._step, self._there, self._may = ground, at, step, there, may
 
+    @cached_property
     def rise(self) -> Values:
         """``1 / (1 + rise)``: see :class:`MmasDstar`."""
         return self._of(self._ground.to_go[self._there] + self._paid() - self._ground.to_go[self._at])
 
+    @cached_property
     def cost(self) -> Values:
         """1 / (1 + cost-to-go where the step ends)."""
         return self._of(self._ground.to_go[self._there])
 
+    @cached_property
     def step(self) -> Values:
         """1 / d, d what the step costs in cells of plain ground."""
         unit = self._ground.moves.unit
         return float(unit) / np.where(self._may, self._paid(), unit)
 
+    @cached_property
     def line(self) -> Values:
         """1 / (1 + straight distance from where the step ends to the goal, cells)."""
         cells = self._ground.cells(np.where(self._may, self._there, self._at).ravel())
@@ -324,7 +418,7 @@ class MaxMinAnts(Ants):
     def weights(self, tau: Values, eta: Eta) -> Values:
         """``tau eta^beta``."""
         s = self._settings
-        return power(tau, eta.rise() if s.guide == "rise" else eta.cost(), s.beta)
+        return power(tau, eta.rise if s.guide == "rise" else eta.cost, s.beta)
 
 
 class _Log:
@@ -351,3 +445,84 @@ class _Log:
     def pieces(self) -> list[Ints]:
         """All of it, (4, n) each, :data:`PART` steps or so at a time."""
         return [*self._full, self._now[:, : self._end]]
+
+
+class _Table:
+    """The weights of all steps of a small map, and which cells each ant has not seen.
+
+    Attributes
+    ----------
+    unseen : float64 (ants * cells,); 1 where an ant has not been, else 0.
+    """
+
+    def __init__(self, ground: SearchSpace, steps: int, ants: int) -> None:
+        self._own = np.flatnonzero(ground.free)
+        at, step = self._own[:, np.newaxis], np.arange(steps, dtype=np.int64)[np.newaxis]
+        self._may = ground.legal(at, step)
+        self._eta = Eta(ground, at, step, at + ground.jump, self._may)
+        self._tau = np.empty(ground.free.size * steps)
+        self._weights = np.zeros((ground.free.size, steps))
+        self.unseen = np.empty(ants * ground.free.size)
+
+    def weights(self, tau: Pheromone, rule: Callable[[Values, Eta], Values]) -> Values:
+        """The weight of each step by a rule such as :meth:`Ants.weights`, (cells, steps); 0 where none may be made."""
+        self._tau[:] = tau.rest
+        self._tau[tau.trails] = tau.values
+        own = self._tau.reshape(self._weights.shape)[self._own]
+        self._weights[self._own] = rule(np.where(self._may, own, 0.0), self._eta)
+        return self._weights
+
+
+class _Draws:
+    """Numbers drawn block by block; afterwards the generator is as if no more had been drawn than was needed."""
+
+    def __init__(self, rng: np.random.Generator, most: int) -> None:
+        self._rng, self._block = rng, min(most, DRAWS)
+        self._since = rng.bit_generator.state
+        self._drawn, self._used, self._before = np.empty(0), 0, 0
+
+    def take(self, n: int) -> Values:
+        """The next n."""
+        if self._used + n > self._drawn.size:
+            left = self._drawn[self._used :]
+            self._since = self._rng.bit_generator.state
+            self._drawn = np.concatenate((left, self._rng.random(max(self._block, n))))
+            self._used, self._before = 0, left.size
+        since, self._used = self._used, self._used + n
+        return self._drawn[since : self._used]
+
+    def give_back(self) -> None:
+        """Put back what was not taken."""
+        self._rng.bit_generator.state = self._since
+        self._rng.random(self._used - self._before)
+
+
+class _TurnLog:
+    """What ants did, turn by turn, on a small map.
+
+    Attributes
+    ----------
+    many : turns.
+    few : steps of later turns: the cells that they begin at, their numbers, the ants and the turns.
+    """
+
+    def __init__(self) -> None:
+        self.many = 0
+        self._rows: list[tuple[Ints, Ints, Ints]] = []
+        self.few: list[tuple[int, int, int, int]] = []
+
+    def add(self, left: Ints, taken: Ints, who: Ints) -> None:
+        """Add a turn: the cells that its steps begin at, their numbers, the ants."""
+        self._rows.append((left, taken, who))
+        self.many += 1
+
+    def pieces(self) -> list[Ints]:
+        """See :meth:`Ants._gathered`."""
+        made = []
+        if self._rows:
+            many = [who.size for _, _, who in self._rows]
+            rows = [np.concatenate(row) for row in zip(*self._rows, strict=True)]
+            made.append(np.stack((*rows, np.repeat(np.arange(len(many)), many))))
+        if self.few:
+            made.append(np.array(self.few, dtype=np.int64).T)
+        return made or [np.empty((4, 0), dtype=np.int64)]

@@ -22,7 +22,7 @@ from lampyris.model.robot import Robot
 from lampyris.model.scene import Scene
 from lampyris.model.settings.ros_node import NodeSettings
 from lampyris.planning.base import Budget
-from lampyris.planning.registry import pose_names
+from lampyris.planning.registry import plans_poses, pose_names
 from lampyris.ros import messages
 from lampyris.ros.messages import Fields, pose_of, seconds
 from lampyris.ros.node.follower import Follower, Velocity
@@ -74,7 +74,7 @@ class Navigator:
         renamed: Mapping[str, str] | None = None,
     ) -> None:
         self.settings = settings or NodeSettings()
-        if robot.drive == "ackermann" and planner not in pose_names():
+        if robot.drive == "ackermann" and not plans_poses(planner):
             raise SettingError(
                 "PLANNER", f"planner {planner} for a robot that cannot turn in place", where="planner",
                 allowed=", ".join(pose_names()),
@@ -344,7 +344,7 @@ class Navigator:
         self, grid: Grid, at: PlanePose, goal: PlanePose, via: Sequence[PlanePose], margin: float
     ) -> tuple[Plan, Scene]:
         robot = widened(self.robot, margin)
-        if self.planner in pose_names():
+        if plans_poses(self.planner):
             scene = Scene(grid, start_pose=at, goal_pose=goal, robot=robot)
         else:
             scene = Scene(grid, grid.to_cell(*at[:2]), grid.to_cell(*goal[:2]), robot=robot)

@@ -249,7 +249,7 @@ def fleet_planner_config(name: str, settings: Mapping[str, Any], label: str) -> 
 
 def plans_poses(planner: Config) -> bool:
     """Whether it is registered as a planner of poses."""
-    return planner.name in registry.pose_names()
+    return registry.plans_poses(planner.name)
 
 
 def law_config(name: str, settings: Mapping[str, Any], label: str) -> Config:

@@ -269,7 +269,7 @@ def plans_poses(plain: Mapping[str, Any]) -> bool:
     InputError : ``JOB``: it names no planner.
     """
     try:
-        return plain["planner"]["name"] in registry.pose_names()
+        return registry.plans_poses(plain["planner"]["name"])
     except (KeyError, TypeError) as wrong:
         raise not_a_job(wrong) from None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from lampyris._core import defaults
 from lampyris._core.limits import MAX_CELLS
+from lampyris._core.records import dataclass
 from lampyris.errors import FileError, LimitError, SettingError, shown
 from lampyris.model.grid import TERRAIN_UNIT, Grid
 from lampyris.model.traffic import MAX_OBSTACLES, ObstacleSpec, RandomWalk
@@ -167,6 +168,24 @@ class Reading:
     occupancy: Occupancy | None = None
     terrain: ByteGrid | None = None
     surface: CodeGrid | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """One row of the table of formats; adding a format is one reader and one row.
+
+    Parameters
+    ----------
+    name : what ``MapDocument.format`` says.
+    suffixes : the usual endings of such files, for warnings.
+    begins : whether the first bytes of a file are of this format, rightly or wrongly written.
+    read : the reader.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    begins: Callable[[bytes], bool]
+    read: Callable[[FileSource], Reading]
 
 
 def check_limit(max_cells: int) -> int:

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import re
 import struct
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from lampyris._core.records import dataclass
 from lampyris.io.maps.formats.costmap import ALLOWED, NO_INFORMATION, read_costs
-from lampyris.io.maps.formats.document import BLOCKED, FREE, UNKNOWN, FileSource, Reading, first_bad
+from lampyris.io.maps.formats.document import BLOCKED, FREE, UNKNOWN, FileSource, Format, Reading, first_bad
 from lampyris.typing import BoolGrid, ByteGrid, FloatGrid
 
 MAGIC = b"\x93NUMPY"
@@ -158,3 +158,7 @@ def _header(source: FileSource) -> _Header:
     order, shape = (m[1] for m in found if m is not None)
     kind = _DESCR.search(text)
     return _Header(kind[1] if kind else text, order == "True", shape, offset + length)
+
+
+NUMPY = Format("numpy", (".npy",), lambda head: head.startswith(MAGIC), read_npy)
+"""Its row in the table of formats; see :mod:`.table` for the others."""

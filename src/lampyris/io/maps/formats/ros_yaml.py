@@ -6,10 +6,11 @@ import difflib
 import math
 import os
 import re
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
+from lampyris._core.records import dataclass
 from lampyris.errors import FileError
 from lampyris.io.maps.formats.document import FileSource
 from lampyris.io.text.strict_yaml import YamlDocument, shown
