@@ -182,7 +182,7 @@ def plain(file: Path) -> bytes:
 
 
 def metadata(name: str) -> str:
-    """A file of the installed distribution's metadata: planners are found by entry points."""
+    """A file of the installed distribution's metadata."""
     from importlib.metadata import distribution
 
     found = distribution("lampyris").read_text(name)

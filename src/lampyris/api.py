@@ -11,7 +11,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -157,7 +157,7 @@ def plan(
     poses = chosen.traits.plans_headings
     if not poses:
         demand_at_least(PATH, scene, least_steps(scene) + 1, "even a straight path")
-    rng = _generator(_seed(seed), chosen)
+    rng = np.random.Generator(np.random.PCG64(_seed(seed)))
     began, loaded = loading.wall(), loading.seconds()
     answers: list[tuple[Plan, float]] = []
 
@@ -659,26 +659,6 @@ def _with_method(where: str, given: object, method: str) -> None:
     for one in found:
         if isinstance(one, type) or not callable(getattr(one, method, None)):
             raise SettingError("TYPE", shown(given), where=where, allowed=f"objects with a method {method}")
-
-
-class _Later:
-    """A generator of random numbers that is made when it is asked for one: importing ``numpy.random`` takes 7 ms."""
-
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
-
-    def __getattr__(self, name: str) -> Any:
-        if name == "_made":
-            self._made = np.random.Generator(np.random.PCG64(self._seed))
-            return self._made
-        return getattr(self._made, name)
-
-
-def _generator(seed: int, planner: Planner) -> np.random.Generator:
-    """What the planner draws from; our own that draw nothing need not wait for it."""
-    if not planner.traits.stochastic and type(planner).__module__.startswith("lampyris."):
-        return cast("np.random.Generator", _Later(seed))
-    return np.random.Generator(np.random.PCG64(seed))
 
 
 def _seed(seed: int) -> int:

@@ -7,8 +7,8 @@ looked at before the memory is asked for, and is raised or lowered by a variable
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 
-from lampyris._core.records import dataclass
 from lampyris.errors import LimitError, SettingError
 
 MAX_CELLS = 2**24

@@ -21,12 +21,11 @@ import inspect
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import field, fields
+from dataclasses import dataclass, field, fields
 from functools import cache
 from types import MappingProxyType
 from typing import Any, Literal
 
-from lampyris._core.records import dataclass
 from lampyris._core.scalars import is_real, is_whole, is_word
 from lampyris.errors import SettingError, did_you_mean, shown
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, fields, is_dataclass, make_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass, make_dataclass
 from dataclasses import field as dataclass_field
 from pathlib import Path
 from types import MappingProxyType
@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, get_type_hints
 import typer
 
 from lampyris._core import defaults
-from lampyris._core.records import dataclass
 from lampyris._core.settings import Setting, defaults_of, meanings_of, settings_of
 from lampyris.cli import options
 

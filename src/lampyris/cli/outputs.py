@@ -7,10 +7,10 @@ import stat
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext, redirect_stdout
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lampyris._core.records import dataclass
 from lampyris.cli import text
 from lampyris.cli.option_errors import check_choice
 from lampyris.errors import FileError, UsageError

@@ -8,8 +8,8 @@ import types
 import typing
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from dataclasses import fields as dataclass_fields
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,6 @@ import numpy as np
 
 from lampyris._core.defaults import VIA_ORDERS
 from lampyris._core.limits import MAX_CELLS
-from lampyris._core.records import dataclass
 from lampyris._core.scalars import MAX_SEED, SEED_RANGE
 from lampyris.cli.option_errors import check_choice
 from lampyris.cli.option_groups import (

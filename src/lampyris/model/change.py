@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 from lampyris._core.noun import Noun
-from lampyris._core.records import dataclass
 from lampyris._core.scalars import is_whole
 from lampyris.errors import SettingError, shown
 from lampyris.model.path import Pose

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
 from lampyris._core.arrays import numbers_of, whole_of
-from lampyris._core.records import dataclass
 from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
 from lampyris.typing import Floats, Points

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lampyris._core.noun import Noun
 from lampyris._core.predicates import cell_of, items_of
-from lampyris._core.records import dataclass
 from lampyris._core.scalars import is_whole
 from lampyris.errors import LimitError, SceneError, SettingError, shown
 from lampyris.model.grid import Grid

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from lampyris._core.defaults import GAMMA, RHO
 from lampyris._core.noun import Noun
-from lampyris._core.records import dataclass
 from lampyris._core.values import Value
 from lampyris.model.moves import Moves
 from lampyris.typing import BoolGrid, Cell, FloatGrid, IntGrid, StepGrid

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,12 +13,11 @@ from numpy.typing import ArrayLike
 from lampyris._core import elementary, presentation
 from lampyris._core.limits import MAX_CELLS
 from lampyris._core.noun import Noun
+from lampyris._core.polygon_cells import polygon_cells
 from lampyris._core.predicates import array_of, numbers
-from lampyris._core.records import dataclass
 from lampyris._core.scalars import in_range
 from lampyris._core.values import Value
 from lampyris.errors import LimitError, SettingError, shown
-from lampyris.model.cells.polygon_cells import polygon_cells
 from lampyris.model.robot import outline_of
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells, Floats
 

@@ -17,7 +17,7 @@ and what :meth:`Moves.value` gives is right to the same share.
 from __future__ import annotations
 
 import math
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
@@ -26,7 +26,6 @@ import numpy as np
 
 from lampyris._core.noun import Noun
 from lampyris._core.predicates import cell_of
-from lampyris._core.records import dataclass
 from lampyris._core.scalars import is_whole
 from lampyris.errors import SettingError, did_you_mean, shown
 from lampyris.model.grid import TERRAIN_UNIT

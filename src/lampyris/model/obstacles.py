@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from lampyris._core import elementary
 from lampyris._core.predicates import array_of, numbers
-from lampyris._core.records import dataclass
 from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
 from lampyris.model.grid import frozen

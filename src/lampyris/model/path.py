@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 from lampyris._core import elementary
 from lampyris._core.arrays import cells_of, numbers_of, whole_of
 from lampyris._core.predicates import numbers
-from lampyris._core.records import dataclass
 from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
 from lampyris.model.grid import TERRAIN_UNIT

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,6 @@ import numpy as np
 from lampyris._core.arrays import cells_of, numbers_of, whole_of
 from lampyris._core.noun import Noun, Tabular
 from lampyris._core.predicates import array_of
-from lampyris._core.records import dataclass
 from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
 from lampyris.model.field import Gate

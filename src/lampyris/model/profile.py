@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from lampyris._core.arrays import items_of, numbers_of, whole_of
 from lampyris._core.noun import Tabular
 from lampyris._core.predicates import numbers
-from lampyris._core.records import dataclass
 from lampyris._core.values import Value
 from lampyris.errors import SettingError, shown
 from lampyris.model.grid import Grid, MapFrame, frozen

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from lampyris._core.noun import Noun
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, number, under_code, word
 from lampyris.errors import SettingError, shown
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from lampyris._core.defaults import VIA_ORDER, VIA_ORDERS
 from lampyris._core.predicates import array_of, cell_of, numbers
-from lampyris._core.records import dataclass
 from lampyris._core.scalars import is_word
 from lampyris._core.values import Value
 from lampyris.errors import LimitError, SceneError, SettingError, shown

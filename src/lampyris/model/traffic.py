@@ -14,14 +14,13 @@ Planners and whatever keeps a distance take the disc around the polygon; contact
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from lampyris._core.noun import Noun
 from lampyris._core.predicates import cell_of, items_of, numbers
-from lampyris._core.records import dataclass
 from lampyris._core.scalars import in_range, is_real
 from lampyris.errors import LimitError, SettingError, shown
 from lampyris.model.robot import Polygon, circumscribed_radius, footprint_of

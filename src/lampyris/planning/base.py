@@ -5,6 +5,7 @@ Adding a planner is one file and one line: see CONTRIBUTING.md.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
@@ -12,7 +13,6 @@ from numpy.typing import NDArray
 
 from lampyris._core.cancellation import CancelToken
 from lampyris._core.exclusive import Exclusive, one_call
-from lampyris._core.records import dataclass
 from lampyris._core.scalars import MOST_WHOLE, is_real, is_whole
 from lampyris.errors import SettingError, shown
 from lampyris.kernels._jit import Kernel

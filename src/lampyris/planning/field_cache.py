@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
-from lampyris._core.records import dataclass
 from lampyris.model.grid import GridKey
 from lampyris.model.moves import Moves
 from lampyris.planning.field.layers import free_cells

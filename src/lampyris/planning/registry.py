@@ -1,10 +1,10 @@
-"""Planners by name, found by entry point: built-in and third-party alike."""
+"""Planners by name: those of this package (:mod:`.built_in`), and those that others register as entry points."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache
 from pkgutil import resolve_name
 from types import MappingProxyType
@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypeVar, ca
 from weakref import WeakKeyDictionary
 
 from lampyris._core.cancellation import uninterrupted
-from lampyris._core.records import dataclass
 from lampyris.errors import InputError, UnknownSettingError, UsageError, did_you_mean, shown
 from lampyris.planning import built_in
 from lampyris.planning.base import FleetTraits, Planner, Traits

@@ -8,13 +8,12 @@ session of its own instead (:class:`lampyris.planning.base.SessionBase`).
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 
 from lampyris._core import cancellation
-from lampyris._core.records import dataclass
 from lampyris.model.change import Change
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.moves import Moves

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import functools
-import sys
 from collections.abc import Callable
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -52,16 +51,13 @@ def limited(plan: Ask[S]) -> Callable[..., Plan]:
                 session.drop(isinstance(why, KeyboardInterrupt))
                 raise
         with cancellation.watching(seconds, stop) as own:
-            rng: Any = getattr(session, "_rng", None) if cancellation.watch() is not None else None
-            draws = "numpy.random" in sys.modules and isinstance(
-                rng, np.random.Generator
-            )  # else not imported
-            drawn = rng.bit_generator.state if draws else {}
+            rng = getattr(session, "_rng", None) if cancellation.watch() is not None else None
+            drawn = rng.bit_generator.state if isinstance(rng, np.random.Generator) else {}
             try:
                 return plan(session, change, budget)
             except (Cancelled, KeyboardInterrupt) as why:
                 name = session.drop(isinstance(why, KeyboardInterrupt))
-                if draws:
+                if isinstance(rng, np.random.Generator):
                     rng.bit_generator.state = drawn
                 if own is None or isinstance(why, KeyboardInterrupt) or _outer(own):
                     raise

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.arrays import any_true, index_array
-from lampyris._core.records import dataclass
 from lampyris.model.grid import Grid
 from lampyris.model.moves import Moves
 from lampyris.model.path import Path

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ClassVar
 
@@ -10,7 +11,6 @@ import numpy as np
 
 from lampyris._core.defaults import CREEP
 from lampyris._core.limits import demand_states
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, default_of, flag, number, redeclared, under_name
 from lampyris.kernels.graph.search import FOUND, LIMIT
 from lampyris.kernels.graph.travel_time import travel_time

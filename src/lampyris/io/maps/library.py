@@ -8,13 +8,13 @@ some hundredths. Its recipe is kept as well, and a test makes each map again and
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from pkgutil import get_data
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from lampyris._core.limits import MAX_CELLS
-from lampyris._core.records import dataclass
 from lampyris.errors import FileError, did_you_mean
 from lampyris.io.maps.formats.document import FileSource, MapDocument, MapQuery, Reading, document
 from lampyris.typing import BoolGrid

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import defaults
-from lampyris._core.records import dataclass
 from lampyris.errors import SettingError, shown
 from lampyris.io.maps.inflation import inflated
 from lampyris.model.edit import Edit, applied, check_edits

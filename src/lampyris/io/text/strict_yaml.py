@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
 from lampyris._core.cancellation import uninterrupted
-from lampyris._core.records import dataclass
 from lampyris.errors import FileError, LimitError
 
 if TYPE_CHECKING:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from lampyris._core.records import dataclass
+from dataclasses import dataclass
+
 from lampyris._core.settings import check_settings, number, under_name
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from lampyris._core.defaults import UNSEEN_COST
 from lampyris._core.noun import Noun
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, number, under_name
 
 FULL_TURN = 2.0 * math.pi

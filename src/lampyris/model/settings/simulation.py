@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from lampyris._core.defaults import SIMULATION_PATIENCE, UNSEEN_COST
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, number, under_name, whole
 from lampyris.errors import SettingError
 from lampyris.model.settings.sensor import MOST_UNSEEN, Sensor

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.arrays import index_array
 from lampyris._core.limits import NODES
-from lampyris._core.records import dataclass
 from lampyris._core.values import Value
 from lampyris.model.curve import Curve
 from lampyris.model.path import Path

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.defaults import CREEP
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, number, under_code
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.path import Path

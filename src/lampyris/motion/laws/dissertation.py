@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lampyris._core.predicates import array_of
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, flag, number, under_code, word
 from lampyris.errors import SettingError, shown
 from lampyris.kernels.motion.speed_passes import sweep

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias
 
@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.defaults import CREEP
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, flag, number, under_code
 from lampyris.errors import SettingError
 from lampyris.kernels.motion.nearest_wall import nearest_squares

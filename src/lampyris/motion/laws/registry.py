@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Protocol, TypeAlias
 
 from numpy.typing import NDArray
 
-from lampyris._core.records import dataclass
 from lampyris._core.scalars import is_word
 from lampyris.errors import UsageError, did_you_mean, shown
 from lampyris.model.obstacles import ObstacleStates

@@ -7,14 +7,13 @@ read into it so that a command becomes a profile is described in docs/speed/rpp.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, number, under_code
 from lampyris.kernels.motion.lookahead_nodes import BLOCK, advance_to_distance, bound_blocks
 from lampyris.model.obstacles import ObstacleStates

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.defaults import CREEP
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, number, under_code, word
 from lampyris.errors import SettingError
 from lampyris.kernels.motion.visibility import UNIT, cells_in_sight, nearest_hiding

@@ -8,12 +8,12 @@ docs/speed/cloud.md.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from lampyris._core import elementary
 from lampyris._core.defaults import CREEP
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, number, under_code
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.scene import Scene

@@ -5,6 +5,7 @@ Derivations and measurements: docs/speed/moving_obstacles.md.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,6 @@ from numpy.typing import NDArray
 
 from lampyris._core.arrays import index_array
 from lampyris._core.defaults import MAX_AGE
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, number, under_code
 from lampyris.model.obstacles import ObstacleStates
 from lampyris.model.robot import Robot

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core import elementary
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, number, under_code, whole
 from lampyris.errors import SettingError, shown
 from lampyris.model.obstacles import ObstacleStates

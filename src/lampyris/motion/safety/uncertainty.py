@@ -6,10 +6,11 @@ Their formulas could not be found: those here are ours, derived in docs/speed/un
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from lampyris._core.defaults import CREEP
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, number, under_code, whole
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene

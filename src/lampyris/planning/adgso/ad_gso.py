@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from lampyris._core.records import dataclass
 from lampyris.model.scene import Scene
 from lampyris.planning.adgso.layers import LayeredSession
 from lampyris.planning.adgso.session import AdGsoSession

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import ClassVar
 
 from lampyris._core.defaults import GAMMA, GATES, RHO
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, number, under_name, whole, word
 
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from lampyris._core.records import dataclass
 from lampyris.kernels.adgso import walk as w
 from lampyris.model.grid import MAX_TERRAIN, TERRAIN_UNIT
 from lampyris.model.moves import Moves

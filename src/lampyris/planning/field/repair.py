@@ -7,7 +7,7 @@ A repaired field equals one solved from scratch on the changed map to the last b
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from lampyris._core.cancellation import checkpoint
 from lampyris._core.defaults import GAMMA, RHO
 from lampyris._core.exclusive import Exclusive, one_call
-from lampyris._core.records import dataclass
 from lampyris.errors import SceneError, SettingError
 from lampyris.kernels.field import calendar, repair
 from lampyris.model.field import Field

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.records import dataclass
 from lampyris.errors import SettingError
 from lampyris.kernels.field import bucket_wavefront, descent, wavefront, weighted_descent, weighted_wavefront
 from lampyris.model.grid import TERRAIN_UNIT

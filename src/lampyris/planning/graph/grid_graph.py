@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -11,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.limits import MAX_CELLS
-from lampyris._core.records import dataclass
 from lampyris.errors import LimitError
 from lampyris.kernels._jit import jit_disabled
 from lampyris.kernels.graph.search import FOUND, SPAN, search

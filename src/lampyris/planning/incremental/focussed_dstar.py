@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from lampyris._core.records import dataclass
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Traits
 from lampyris.planning.incremental.search import Waves

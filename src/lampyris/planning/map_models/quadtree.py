@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar
 
@@ -10,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.cancellation import checkpoint
-from lampyris._core.records import dataclass
 from lampyris.kernels.graph.search import FOUND
 from lampyris.kernels.map_models.quadtree import leaf_search, pulled
 from lampyris.model.moves import Moves

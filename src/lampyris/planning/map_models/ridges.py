@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 
 from lampyris._core.arrays import distinct
 from lampyris._core.cancellation import checkpoint
-from lampyris._core.records import dataclass
 from lampyris.kernels.field.wall_distances import wall_distances
 from lampyris.kernels.graph.search import EXHAUSTED, FOUND, LIMIT
 from lampyris.kernels.map_models.ridge_walk import FAR, cheapest, connected, widest

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar
 
 import numpy as np
 
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, flag, under_name
 from lampyris.model.scene import Scene
 from lampyris.planning.base import Traits

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.records import dataclass
 from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE, follow
 from lampyris.kernels.sampling.buckets import BITS
 from lampyris.kernels.sampling.lines import line_free

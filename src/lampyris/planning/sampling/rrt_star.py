@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import ClassVar
 
-from lampyris._core.records import dataclass
 from lampyris._core.settings import flag
 from lampyris.planning.base import Traits
 from lampyris.planning.sampling import settings

@@ -6,7 +6,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Iterable
 from contextlib import nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, ClassVar
 
@@ -14,7 +14,6 @@ import numpy as np
 
 from lampyris._core import cancellation
 from lampyris._core.cancellation import Cancelled
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, under_name
 from lampyris.kernels import loading
 from lampyris.kernels.graph.search import LIMIT

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.records import dataclass
 from lampyris.kernels.sampling import batch, draws, growth
 from lampyris.kernels.sampling import connect as pair
 from lampyris.kernels.sampling.takeover import take_over

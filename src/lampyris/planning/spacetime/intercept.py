@@ -6,11 +6,11 @@ All cells that the robot can be on after 0, 1, 2, ... ticks, layer by layer: exa
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from lampyris._core.cancellation import checkpoint
-from lampyris._core.records import dataclass
 from lampyris.kernels.spacetime.timed_search import EXHAUSTED, FOUND, LIMIT
 from lampyris.model.moves import Moves
 from lampyris.planning.graph.terrain_graph import search_of

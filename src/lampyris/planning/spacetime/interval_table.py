@@ -8,6 +8,7 @@ where the track did. What a call guesses of other obstacles is laid over that ce
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
@@ -15,7 +16,6 @@ from numpy.typing import NDArray
 
 from lampyris._core.arrays import distinct
 from lampyris._core.cancellation import checkpoint
-from lampyris._core.records import dataclass
 from lampyris.kernels.spacetime.timed_search import NEVER
 from lampyris.planning.spacetime.prediction import Forbidden, Lasting, joined
 from lampyris.planning.spacetime.search import TimedSearch, Timetable, intervals

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TypeAlias
 
@@ -26,7 +26,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.cancellation import checkpoint
-from lampyris._core.records import dataclass
 from lampyris.errors import SceneError
 from lampyris.kernels.spacetime.timed_search import NEVER
 from lampyris.model.change import ObstacleTrack

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 
 from lampyris._core.arrays import distinct
 from lampyris._core.cancellation import checkpoint
-from lampyris._core.records import dataclass
 from lampyris.kernels.spacetime.timed_search import (
     EXHAUSTED,
     FOUND,

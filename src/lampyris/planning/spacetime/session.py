@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, number, under_name, whole, word
 from lampyris._core.values import completed
 from lampyris.kernels import loading

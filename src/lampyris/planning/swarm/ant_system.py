@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
-from lampyris._core.records import dataclass
 from lampyris._core.settings import default_of, number, whole, word
 from lampyris.kernels.swarm.ant_walks import LINE, RISE, STEP
 from lampyris.planning.swarm.mmas_dstar import Ants, Eta, MmasDstar, power

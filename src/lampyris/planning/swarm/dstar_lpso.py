@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import ClassVar
 
-from lampyris._core.records import dataclass
 from lampyris._core.settings import redeclared
 from lampyris.planning.swarm.step_session import StepPlanner
 

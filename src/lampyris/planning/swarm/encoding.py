@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.records import dataclass
 from lampyris.planning.swarm.optimisers.box import Box, Points
 from lampyris.planning.swarm.search_space import Flags, Ints, SearchSpace
 from lampyris.planning.swarm.walks import LineWalks, trace

@@ -7,12 +7,12 @@ be made least, is the sum of weight times term, in cells of plain ground, added 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.records import dataclass
 from lampyris.planning.swarm.search_space import THOUSAND, Ints, SearchSpace
 from lampyris.planning.swarm.walks import LineWalks, Paths, WalkBatch
 

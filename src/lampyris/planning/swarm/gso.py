@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import ClassVar
 
-from lampyris._core.records import dataclass
 from lampyris._core.settings import default_of, number, whole, word
 from lampyris.errors import SettingError, shown
 from lampyris.planning.swarm.encoding import Encoding

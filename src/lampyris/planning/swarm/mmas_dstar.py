@@ -6,6 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
 from typing import Any, ClassVar
@@ -15,7 +16,6 @@ from numpy.typing import NDArray
 
 from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import checkpoint
-from lampyris._core.records import dataclass
 from lampyris._core.settings import number, whole, word
 from lampyris.kernels.swarm.ant_walks import COST, LOGGED, RISE, TURN, USED, WALKING, ant_walks
 from lampyris.planning.swarm.optimisers.box import Values, norms

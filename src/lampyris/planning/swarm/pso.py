@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
-from lampyris._core.records import dataclass
 from lampyris._core.settings import default_of, number, redeclared, whole
 from lampyris.errors import SettingError, shown
 from lampyris.planning.swarm.encoding import Encoding, on_lines

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, default_of, flag, number, under_name, whole
 from lampyris.kernels import loading
 from lampyris.model.change import Change

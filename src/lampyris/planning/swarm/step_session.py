@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import ClassVar
 
@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.cancellation import checkpoint
-from lampyris._core.records import dataclass
 from lampyris._core.settings import check_settings, number, under_name, whole, word
 from lampyris.kernels import loading
 from lampyris.model.change import Change

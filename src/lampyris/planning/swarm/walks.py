@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 
 from lampyris._core.arrays import index_array
 from lampyris._core.cancellation import checkpoint
-from lampyris._core.records import dataclass
 from lampyris.kernels.swarm.line_walks import walk_sums
 from lampyris.planning.swarm.search_space import Flags, Ints, SearchSpace
 from lampyris.typing import Cells

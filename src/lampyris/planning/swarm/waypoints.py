@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from lampyris._core.records import dataclass
 from lampyris._core.settings import whole
 from lampyris.planning.swarm.encoding import Encoding, anywhere, evenly, waypoints_of
 from lampyris.planning.swarm.optimisers.box import Points

@@ -7,11 +7,11 @@ run-length code skips with colour 0: both may be white, and white is free.
 from __future__ import annotations
 
 import struct
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.records import dataclass
 from lampyris.io.maps.formats.colours import Pixels, read_pixels
 from lampyris.io.maps.formats.document import FileSource, Reading
 

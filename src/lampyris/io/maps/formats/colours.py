@@ -15,14 +15,13 @@ marks then. As costmap values: the grey sample is the value itself.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.arrays import index_array
-from lampyris._core.records import dataclass
 from lampyris.errors import plural
 from lampyris.io.maps.formats.costmap import ALLOWED, NO_INFORMATION, read_costs
 from lampyris.io.maps.formats.document import (

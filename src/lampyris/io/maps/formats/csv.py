@@ -15,11 +15,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.records import dataclass
 from lampyris.io.maps.formats.costmap import ALLOWED, NO_INFORMATION, read_costs
 from lampyris.io.maps.formats.document import BLOCKED, FREE, UNKNOWN, FileSource, Reading
 

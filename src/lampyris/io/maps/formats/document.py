@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -11,7 +12,6 @@ from numpy.typing import NDArray
 
 from lampyris._core import defaults
 from lampyris._core.limits import MAX_CELLS
-from lampyris._core.records import dataclass
 from lampyris.errors import FileError, LimitError, SettingError, shown
 from lampyris.model.grid import TERRAIN_UNIT, Grid
 from lampyris.model.traffic import MAX_OBSTACLES, ObstacleSpec, RandomWalk

@@ -16,12 +16,11 @@ import math
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
 
 import numpy as np
 
-from lampyris._core.records import dataclass
 from lampyris.errors import FileError, LimitError, SceneError, SettingError, plural
 from lampyris.io.files import read_regular, write_file
 from lampyris.io.maps.formats.character_rows import read_rows

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import re
 import struct
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from lampyris._core.records import dataclass
 from lampyris.io.maps.formats.costmap import ALLOWED, NO_INFORMATION, read_costs
 from lampyris.io.maps.formats.document import BLOCKED, FREE, UNKNOWN, FileSource, Format, Reading, first_bad
 from lampyris.typing import BoolGrid, ByteGrid, FloatGrid

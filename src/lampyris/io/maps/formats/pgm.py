@@ -8,12 +8,12 @@ whatever maxval is.
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lampyris._core.records import dataclass
 from lampyris.io.maps.formats.colours import Pixels, read_pixels
 from lampyris.io.maps.formats.document import FileSource, Reading, first_bad
 

@@ -14,13 +14,13 @@ import io
 import struct
 import zlib
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lampyris._core.cancellation import uninterrupted
-from lampyris._core.records import dataclass
 from lampyris.io.maps.formats.colours import Pixels, read_pixels
 from lampyris.io.maps.formats.document import FileSource, Reading
 

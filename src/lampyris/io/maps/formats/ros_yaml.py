@@ -6,11 +6,10 @@ import difflib
 import math
 import os
 import re
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lampyris._core.records import dataclass
 from lampyris.errors import FileError
 from lampyris.io.maps.formats.document import FileSource
 from lampyris.io.text.strict_yaml import YamlDocument, shown

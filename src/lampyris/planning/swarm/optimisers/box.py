@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lampyris._core.predicates import numbers
-from lampyris._core.records import dataclass
 from lampyris._core.scalars import is_real
 from lampyris.errors import SettingError, shown
 

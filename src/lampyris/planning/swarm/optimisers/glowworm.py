@@ -18,13 +18,13 @@ neighbours have ``d <= r``; here it is ``<``, as printed.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lampyris._core.defaults import BETA, GAMMA, LUCIFERIN, NEIGHBOURS, RHO
 from lampyris._core.exclusive import Exclusive, one_call
-from lampyris._core.records import dataclass
 from lampyris._core.scalars import in_range, is_word
 from lampyris.errors import SettingError, shown
 from lampyris.planning.swarm.optimisers.box import Box, Points, Values, checked_values, norms

@@ -7,13 +7,13 @@ whole walks over a map elsewhere.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lampyris._core.cancellation import checkpoint
-from lampyris._core.records import dataclass
 from lampyris.errors import SettingError, shown
 from lampyris.planning.swarm.optimisers.box import Box, Points, Values
 

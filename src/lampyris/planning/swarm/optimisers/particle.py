@@ -17,14 +17,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lampyris._core.exclusive import Exclusive, one_call
-from lampyris._core.records import dataclass
 from lampyris._core.scalars import in_range, is_whole
 from lampyris.errors import SettingError, shown
 from lampyris.planning.swarm.optimisers.box import Box, Points, Values, checked_values, norms

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import Protocol
 
 from lampyris._core.elementary import exp
-from lampyris._core.records import dataclass
 from lampyris._core.scalars import is_real
 from lampyris.errors import SettingError, shown
 

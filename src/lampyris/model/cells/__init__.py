@@ -1,1 +1,0 @@
-"""Which cells of a grid a shape covers."""
