@@ -51,9 +51,9 @@ def around(bucket, link, wide, high, base, node_x, node_y, x, y, radius, near):
                 dx = node_x[u64(n)] - x
                 dy = node_y[u64(n)] - y
                 d = dx * dx + dy * dy
-                if 0 < d <= most:
-                    near[u64(count)] = n
-                    count += 1
+                # Whether it counts cannot be foreseen: written in any case, which takes less time than a wrong guess.
+                near[u64(count)] = n
+                count += (d > 0) & (d <= most)
                 n = link[u64(n)] - base
     return count
 
@@ -73,7 +73,6 @@ def dearer(bucket, link, wide, high, base, node_x, node_y, cost, x, y, radius, s
                 dy = node_y[u64(n)] - y
                 d = float(dx * dx + dy * dy)
                 gap = cost[u64(n)] - spent
-                # Whether it counts cannot be foreseen: written in any case, which takes less time than a wrong guess.
                 near[u64(count)] = n
                 count += (gap > 0.0) & (d > 0.0) & (d <= most) & (d <= gap * gap * 1.000001)
                 n = link[u64(n)] - base
