@@ -127,7 +127,9 @@ def compiled(plain: FunctionType, *, cache: bool, forceinline: bool, inner: bool
     """
     import numba
 
-    lean = {**LEAN, "no_cpython_wrapper": inner}
+    from lampyris.kernels._passes import pipeline
+
+    lean = {**LEAN, "no_cpython_wrapper": inner, "pipeline_class": pipeline()}
     made: Any = numba.njit(cache=cache, nogil=True, fastmath=False, forceinline=forceinline, **lean)(plain)
     _load_alone(made._cache)
     compile_for, resolve = made._compile_for_args, made.get_call_template

@@ -36,6 +36,11 @@ FINALIZE = (
     "link_in", "_get_module_for_linking", "_optimize_final_module", "verify", "_finalize_final_module",
 )  # fmt: skip
 """The same of ``CPUCodeLibrary.finalize``."""
+FUNCTIONS = (
+    "_codegen", "_data_layout", "data_layout", "functions", "_function_pass_manager", "name", "_recorded_timings", "record",
+    "run",
+)  # fmt: skip
+"""The same of ``CPUCodeLibrary._optimize_functions``."""
 PART = "_part"
 """How the names of functions end that only kernels call."""
 
@@ -61,6 +66,7 @@ def shortcuts() -> Iterator[None]:
 @cache
 def _install() -> None:
     """Put the shortcuts in place, where this version of numba has what they rely on."""
+    from llvmlite import binding
     from numba.core import base, codegen, cpu, ir, lowering, postproc, transforms, types
     from numba.core.typing import context
 
@@ -72,10 +78,11 @@ def _install() -> None:
         (context.BaseContext, "refresh", _what_is_new),
         (base.BaseContext, "refresh", _what_is_new),
         (ir.Inst, "_rec_list_vars", lambda whole: _variables(whole, ir.Var, ir.Inst)),
+        (codegen.CPUCodeLibrary, "_optimize_functions", lambda whole: _registers_alone(whole, binding)),
         (codegen.CPUCodeLibrary, "finalize", _linked_alone),
         (cpu.CPUContext, "get_executable", _unless_a_part),
     )
-    known = {"run": RUN, "finalize": FINALIZE}
+    known = {"run": RUN, "_optimize_functions": FUNCTIONS, "finalize": FINALIZE}
     if codegen.CPUCodeLibrary.finalize.__code__.co_names != FINALIZE:
         shorter = shorter[:-2]
     for owner, name, wrap in shorter:
@@ -215,6 +222,26 @@ def _variables(
         return found
 
     return _rec_list_vars
+
+
+def _registers_alone(whole: Callable[[Any, Any], None], binding: Any) -> Callable[[Any, Any], None]:
+    """Of the optimisations of each function by itself only that variables come into registers: the others are all done again
+    when it is in its caller, or in the kernel, and take a third of LLVM's time.
+    """
+
+    def _optimize_functions(self: Any, module: Any) -> None:
+        if not _ours.depth:
+            whole(self, module)
+            return
+        module.data_layout = self._codegen._data_layout
+        passes, builder = binding.create_new_function_pass_manager(), self._codegen._pass_builder()
+        passes.add_sroa_pass()
+        passes.add_simplify_cfg_pass()
+        for function in module.functions:
+            if not function.is_declaration:
+                passes.run(function, builder)
+
+    return _optimize_functions
 
 
 def _is_part(library: Any) -> bool:
