@@ -499,6 +499,7 @@ def _compile(k: Kernel, *, part: bool = False) -> Callable[..., Any]:
         clock: machine.clock(),
     }
     variant = _variant(k, lambda callee: callee.called(), helpers)
+    machine.use_builtins(variant)
     keep = not part and _keeping and _cache_works(k)
     if part:
         variant.__qualname__ += PART

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import gc
 import hashlib
+import operator
 import os
 import pickle
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, partial
 from importlib.util import find_spec
 from pathlib import Path
 from types import FunctionType
@@ -277,6 +278,51 @@ def bit(instruction: str) -> Any:
         return types.int64(types.uint64), generate
 
     return intrinsic(count)
+
+
+@cache
+def whole() -> Any:
+    """The compiled form of ``int``, as numba has it; numba compiles a function for each type of argument."""
+    from numba.core import types
+    from numba.extending import intrinsic
+
+    def integer(typing: Any, value: Any) -> Any:
+        kind = types.unliteral(value)
+        made = kind if isinstance(kind, types.Integer) else types.intp
+
+        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            return context.cast(builder, args[0], signature.args[0], signature.return_type)
+
+        return made(kind), generate
+
+    return intrinsic(integer)
+
+
+@cache
+def extreme(comparison: str) -> Any:
+    """The compiled form of ``min`` (``lt``) or ``max`` (``gt``) of several numbers, likewise."""
+    from numba.core import cgutils, types
+    from numba.extending import intrinsic
+
+    def extreme(typing: Any, *values: Any) -> Any:
+        kinds = tuple(map(types.unliteral, values))
+
+        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            from numba.cpython.builtins import do_minmax
+
+            each = cgutils.unpack_tuple(builder, args[0])
+            return do_minmax(context, builder, list(kinds), each, getattr(operator, comparison))
+
+        return typing.unify_types(*kinds)(types.StarArgTuple(kinds)), generate
+
+    return intrinsic(extreme)
+
+
+def use_builtins(function: FunctionType) -> None:
+    """Put these in the place of Python's own in a function's globals, which are its alone."""
+    for name, make in (("int", whole), ("min", partial(extreme, "lt")), ("max", partial(extreme, "gt"))):
+        if name in function.__code__.co_names:
+            function.__globals__.setdefault(name, make())
 
 
 @cache
