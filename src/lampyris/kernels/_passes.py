@@ -12,7 +12,7 @@ from typing import Any
 
 PASSES = (
     "TranslateByteCode", "FixupArgs", "IRProcessing", "GenericRewrites", "ReconstructSSA", "NopythonTypeInference",
-    "PreLowerStripPhis", "AnnotateTypes", "NativeLowering", "NoPythonBackend",
+    "PreLowerStripPhis", "NativeLowering", "NoPythonBackend",
 )  # fmt: skip
 """In the order in which numba runs them, by the names of their classes."""
 

@@ -67,7 +67,7 @@ def shortcuts() -> Iterator[None]:
 def _install() -> None:
     """Put the shortcuts in place, where this version of numba has what they rely on."""
     from llvmlite import binding
-    from numba.core import base, codegen, cpu, ir, lowering, postproc, transforms, types
+    from numba.core import base, codegen, cpu, ir, lowering, postproc, ssa, transforms, types
     from numba.core.typing import context
 
     shorter: tuple[tuple[Any, str, Callable[..., Any]], ...] = (
@@ -77,6 +77,10 @@ def _install() -> None:
         (lowering.Lower, "lower_getitem", lambda whole: _read_at_once(whole, types)),
         (lowering.Lower, "lower_setitem", lambda whole: _written_at_once(whole, types)),
         (postproc.PostProcessor, "run", lambda whole: _without_entries(whole, transforms, postproc)),
+        (context.BaseContext, "resolve_value_type", lambda whole: _classes(whole, types)),
+        (context.BaseContext, "_resolve_user_function_type", lambda whole: _conversions(whole, types)),
+        (lowering.Lower, "_lower_call_normal", lambda whole: _converted_at_once(whole, types)),
+        (ssa, "_run_ssa_block_pass", lambda whole: _without_a_log(whole, ir.Assign)),
         (context.BaseContext, "refresh", _what_is_new),
         (base.BaseContext, "refresh", _what_is_new),
         (ir.Inst, "_rec_list_vars", lambda whole: _variables(whole, ir.Var, ir.Inst)),
@@ -118,6 +122,64 @@ def _remembered(resolve: Callable[..., Any]) -> Callable[..., Any]:
         return found
 
     return get_call_type
+
+
+def _classes(whole: Callable[[Any, Any], Any], types: Any) -> Callable[[Any, Any], Any]:
+    """The type of ``numpy.uint64`` and of others like it: kernels refer to one at each index."""
+    known: dict[type, Any] = {}
+
+    def resolve_value_type(self: Any, val: Any) -> Any:
+        if not _ours.depth or not isinstance(val, type):
+            return whole(self, val)
+        found = known.get(val)
+        if found is None:
+            found = whole(self, val)
+            if isinstance(found, types.NumberClass):
+                known[val] = found
+        return found
+
+    return resolve_value_type
+
+
+def _conversions(whole: Callable[..., Any], types: Any) -> Callable[..., Any]:
+    """What comes of ``numpy.uint64(i)`` for given types of ``i``, asked for once."""
+    known: dict[tuple[Any, Any], Any] = {}
+
+    def _resolve_user_function_type(self: Any, func: Any, args: Any, kws: Any, literals: Any = None) -> Any:
+        if not _ours.depth or kws or literals is not None or not isinstance(func, types.NumberClass):
+            return whole(self, func, args, kws, literals)
+        key = (func, tuple(args))
+        found = known.get(key)
+        if found is None:
+            found = known[key] = whole(self, func, args, kws, literals)
+        return found
+
+    return _resolve_user_function_type
+
+
+def _converted_at_once(whole: Callable[..., Any], types: Any) -> Callable[..., Any]:
+    def _lower_call_normal(self: Any, fnty: Any, expr: Any, signature: Any) -> Any:
+        if not _ours.depth or not isinstance(fnty, types.NumberClass) or len(expr.args) != 1 or expr.kws:
+            return whole(self, fnty, expr, signature)
+        name, (kind,), build = expr.args[0].name, signature.args, self.builder
+        given = self.context.cast(build, self.loadvar(name), self.typeof(name), kind)
+        return self.context.cast(build, given, kind, signature.return_type)
+
+    return _lower_call_normal
+
+
+def _without_a_log(whole: Callable[..., Any], assignment: type) -> Callable[..., Any]:
+    """Each statement of a block as a handler changes it; numba writes three lines about each to a log that nobody reads."""
+
+    def _run_ssa_block_pass(states: Any, blk: Any, handler: Any) -> Iterator[Any]:
+        if not _ours.depth:
+            yield from whole(states, blk, handler)
+            return
+        for statement in blk.body:
+            change = handler.on_assign if isinstance(statement, assignment) else handler.on_other
+            yield change(states, statement)
+
+    return _run_ssa_block_pass
 
 
 def _sizes(measure: Callable[[Any, Any], int]) -> Callable[[Any, Any], int]:
