@@ -79,6 +79,8 @@ def load() -> None:
         before = set(sys.modules)
         try:
             import numba  # noqa: F401
+
+            _without_masked_arrays()
         except BaseException:
             # Memory or the stack has run out. What is complete of it must go, too: a second import would take
             # it as it is, without its place in its package.
@@ -86,6 +88,27 @@ def load() -> None:
                 if name.partition(".")[0] in ("numba", "llvmlite", "yaml"):
                     sys.modules.pop(name, None)
             raise
+
+
+@cache
+def _without_masked_arrays() -> None:
+    """Have numba find the type of an array without importing those with masks, to see that it is none: 8 to 15 ms."""
+    import numpy as np
+    from numba.core.typing import typeof as typing
+    from numba.np import numpy_support
+
+    registered = getattr(typing, "typeof_impl", None)
+    if registered is None:  # another version of numba
+        return
+    whole = registered.dispatch(np.ndarray)
+
+    def typeof_array(val: Any, context: Any) -> Any:
+        if type(val) is not np.ndarray or val.dtype.kind not in "biuf":
+            return whole(val, context)
+        kind, layout = numpy_support.from_dtype(val.dtype), numpy_support.map_layout(val)
+        return typing.types.Array(kind, val.ndim, layout, readonly=not val.flags.writeable)
+
+    registered.register(np.ndarray, typeof_array)
 
 
 def _without_linear_algebra() -> None:

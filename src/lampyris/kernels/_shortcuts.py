@@ -243,7 +243,9 @@ def _read_at_once(whole: Callable[..., Any], types: Any) -> Callable[..., Any]:
         array = self.loadvar(value.name)
         number = cast(build, self.loadvar(index.name), self.typeof(index.name), index_kind)
         found = self.context.unpack_value(build, kind.dtype, _place(self, kind, array, index_kind, number))
-        return cast(build, cast(build, found, kind.dtype, signature.return_type), signature.return_type, resty)
+        return cast(
+            build, cast(build, found, kind.dtype, signature.return_type), signature.return_type, resty
+        )
 
     return lower_getitem
 
@@ -258,7 +260,9 @@ def _written_at_once(whole: Callable[..., Any], types: Any) -> Callable[..., Any
         cast, build = self.context.cast, self.builder
         array, value = self.loadvar(target_var.name), self.loadvar(value_var.name)
         number = cast(build, self.loadvar(index_var.name), self.typeof(index_var.name), index_kind)
-        value = cast(build, cast(build, value, self.typeof(value_var.name), value_kind), value_kind, kind.dtype)
+        value = cast(
+            build, cast(build, value, self.typeof(value_var.name), value_kind), value_kind, kind.dtype
+        )
         place = _place(self, kind, array, index_kind, number)
         self.context.pack_value(build, kind.dtype, value, place)
         return None

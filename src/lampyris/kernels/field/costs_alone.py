@@ -42,7 +42,11 @@ def costs_alone(cost, queue, waits, steps, goal, halt):
         for k in range(0, len(steps), 4):
             n = p + u64(steps[u64(k)])
             c = d + steps[u64(k + 3)]
-            if c < cost[n] and cost[p + u64(steps[u64(k + 1)])] >= 0 and cost[p + u64(steps[u64(k + 2)])] >= 0:
+            if (
+                c < cost[n]
+                and cost[p + u64(steps[u64(k + 1)])] >= 0
+                and cost[p + u64(steps[u64(k + 2)])] >= 0
+            ):
                 cost[n] = c
                 if waits[n] == 0:
                     waits[n] = 1

@@ -81,42 +81,56 @@ def list_sides(
     """See :func:`.rectangle_mesh.list_sides`."""
     count = len(first) - 1
     left, top, right, bottom = (rects[k : 4 * count : 4] >> 1 for k in range(4))
-    wide, high = right - left, bottom - top
     # By rectangle: along the top, the right side, the bottom and the left side.
-    length = np.stack((wide, high, wide, high), axis=1).ravel()
-    x = np.stack((left, right, right, left), axis=1).ravel()
-    y = np.stack((top, top, bottom, bottom), axis=1).ravel()
+    length, x, y = (np.empty(4 * count, dtype=np.int32) for _ in range(3))
+    length[0::4] = length[2::4] = right - left
+    length[1::4] = length[3::4] = bottom - top
+    x[0::4] = x[3::4] = left
+    x[1::4] = x[2::4] = right
+    y[0::4] = y[1::4] = top
+    y[2::4] = y[3::4] = bottom
+    start = y * np.int32(stride) + x
     step = np.tile(np.array([1, stride, -1, -stride], dtype=np.int32), count)
-    # From a piece's beginning to the square outside beside it.
+    end = np.cumsum(length)
+    begin = end - length
+    ends = np.append(begin[::4], end[-1:] if count else 0)
+    if corner.size and (corner & PORT).any():
+        along = _rim(start, step, length, begin)
+        port = np.flatnonzero(corner[along] & PORT)
+        port_first[:] = np.searchsorted(port, ends)
+        ports[: port.size] = along[port]
+    else:
+        port_first[:] = 0
+    # The square outside beside each piece of a rim.
     outside = np.tile(np.array([-stride, 0, -1, -stride - 1], dtype=np.int32), count)
-    begin = np.cumsum(length) - length
-    # Products may pass 32 bits and come back: what they add up to fits.
-    along = np.repeat(y * np.int32(stride) + x - begin.astype(np.int32) * step, length)
-    along += np.arange(along.size, dtype=np.int32) * np.repeat(step, length)
-    port = np.flatnonzero(corner[along] & PORT)
-    ends = np.append(begin[::4], along.size)
-    port_first[:] = np.searchsorted(port, ends)
-    ports[: port.size] = along[port]
-    behind = owner[along + np.repeat(outside, length)]
-    opens = np.empty(along.size, dtype=np.bool_)
-    opens[1:] = behind[1:] != behind[:-1]
+    behind = owner[_rim(start + outside, step, length, begin)]
+    free = behind >= 0
+    opens = np.empty(behind.size, dtype=np.bool_)
+    np.not_equal(behind[1:], behind[:-1], out=opens[1:])
     opens[begin] = True
-    opens &= behind >= 0
-    at = np.flatnonzero(opens)
-    first[:] = np.searchsorted(at, ends)
     # A side ends before another begins, before a blocked square, and where the rectangle's own does.
-    shut = np.empty(along.size, dtype=np.bool_)
-    shut[:-1] = behind[1:] != behind[:-1]
-    shut[begin[1:] - 1] = True
-    shut[-1:] = True
-    shut &= behind >= 0
-    last = np.flatnonzero(shut)
-    moved = along[last] + step[np.searchsorted(begin, last, side="right") - 1]
+    shut = np.ones(behind.size, dtype=np.bool_)
+    shut[:-1] = opens[1:]
+    at, last = np.flatnonzero(opens & free), np.flatnonzero(shut & free)
+    first[:] = np.searchsorted(at, ends)
+    side = np.repeat(np.arange(4 * count, dtype=np.int32), length)[at]
+    here = start[side] - begin[side] * step[side]
     table = sides[: 5 * at.size].reshape(-1, 5)
-    table[:, 1], table[:, 0] = np.divmod(along[at], np.int32(stride))
-    table[:, 3], table[:, 2] = np.divmod(moved, np.int32(stride))
+    for k, piece in ((0, at), (2, last + 1)):
+        table[:, k + 1], table[:, k] = np.divmod(
+            (here + piece * step[side]).astype(np.int32), np.int32(stride)
+        )
     table[:, :4] *= 2
     table[:, 4] = behind[at]
+
+
+def _rim(start: _Ints, step: _Ints, length: _Ints, begin: NDArray[np.int64]) -> _Ints:
+    """So many flat indices from each start on, in steps of its own."""
+    more = np.repeat(step, length)
+    if start.size:
+        more[0] = start[0]
+        more[begin[1:]] = start[1:] - start[:-1] - (length[:-1] - 1) * step[:-1]
+    return np.cumsum(more, dtype=np.int32, out=more)  # new memory takes longer than the sums
 
 
 def _borders(whose: NDArray[np.int32]) -> int:
@@ -125,4 +139,3 @@ def _borders(whose: NDArray[np.int32]) -> int:
     both = (up != down) & (up >= 0) & (down >= 0)
     goes_on = both[:, 1:] & both[:, :-1] & (up[:, 1:] == up[:, :-1]) & (down[:, 1:] == down[:, :-1])
     return int(np.count_nonzero(both)) - int(np.count_nonzero(goes_on))
-
