@@ -94,7 +94,7 @@ def test_corners_are_marked_by_the_squares_around_them(lines: bool, passing: boo
 
 @pytest.mark.parametrize("form", ["plain", "compiled"])
 def test_dead_ends_lead_out(form: str) -> None:
-    """From a rectangle in a dead end the ways out end where there is more than one, and pass each rectangle once."""
+    """From a rectangle in a dead end the exits lead to where there is more than one, and pass each rectangle once."""
     many = 0
     for free in _maps(30, 6):
         mesh = Mesh(free, TOUCH)
@@ -103,8 +103,8 @@ def test_dead_ends_lead_out(form: str) -> None:
         doors = np.diff(mesh.first)
         single = np.flatnonzero((doors == 1) & (np.diff(mesh.port_first) == 0)).astype(np.int32)
         out = np.full_like(mesh.out, -1)
-        ways_out = loops.ways_out.run_plain if form == "plain" else loops.ways_out.compiled()
-        ways_out(
+        exits_of = loops.exits_of.run_plain if form == "plain" else loops.exits_of.compiled()
+        exits_of(
             single, mesh.first, mesh.sides, mesh.port_first, out, doors.copy(), np.zeros(1, dtype=np.int64)
         )
         assert np.array_equal(out, mesh.out)

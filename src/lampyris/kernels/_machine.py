@@ -94,10 +94,11 @@ def load() -> None:
 def _without_masked_arrays() -> None:
     """Have numba find the type of an array without importing those with masks, to see that it is none: 8 to 15 ms."""
     import numpy as np
-    from numba.core.typing import typeof as typing
+    from numba.core import types
+    from numba.core.typing import typeof
     from numba.np import numpy_support
 
-    registered = getattr(typing, "typeof_impl", None)
+    registered: Any = getattr(typeof, "typeof_impl", None)
     if registered is None:  # another version of numba
         return
     whole = registered.dispatch(np.ndarray)
@@ -106,7 +107,7 @@ def _without_masked_arrays() -> None:
         if type(val) is not np.ndarray or val.dtype.kind not in "biuf":
             return whole(val, context)
         kind, layout = numpy_support.from_dtype(val.dtype), numpy_support.map_layout(val)
-        return typing.types.Array(kind, val.ndim, layout, readonly=not val.flags.writeable)
+        return types.Array(kind, val.ndim, layout, readonly=not val.flags.writeable)
 
     registered.register(np.ndarray, typeof_array)
 
@@ -322,8 +323,8 @@ def whole() -> Any:
 
 
 @cache
-def extreme(comparison: str) -> Any:
-    """The compiled form of ``min`` (``lt``) or ``max`` (``gt``) of several numbers, likewise."""
+def extreme(better: Callable[[Any, Any], bool]) -> Any:
+    """The compiled form of ``min`` (``operator.lt``) or ``max`` (``operator.gt``) of several numbers, likewise."""
     from numba.core import cgutils, types
     from numba.extending import intrinsic
 
@@ -334,7 +335,7 @@ def extreme(comparison: str) -> Any:
             from numba.cpython.builtins import do_minmax
 
             each = cgutils.unpack_tuple(builder, args[0])
-            return do_minmax(context, builder, list(kinds), each, getattr(operator, comparison))
+            return do_minmax(context, builder, list(kinds), each, better)
 
         return typing.unify_types(*kinds)(types.StarArgTuple(kinds)), generate
 
@@ -343,7 +344,11 @@ def extreme(comparison: str) -> Any:
 
 def use_builtins(function: FunctionType) -> None:
     """Put these in the place of Python's own in a function's globals, which are its alone."""
-    for name, make in (("int", whole), ("min", partial(extreme, "lt")), ("max", partial(extreme, "gt"))):
+    for name, make in (
+        ("int", whole),
+        ("min", partial(extreme, operator.lt)),
+        ("max", partial(extreme, operator.gt)),
+    ):
         if name in function.__code__.co_names:
             function.__globals__.setdefault(name, make())
 

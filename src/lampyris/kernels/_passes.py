@@ -21,17 +21,17 @@ PASSES = (
 def pipeline() -> Any:
     """A compiler of numba's that runs these passes alone; numba's own where this version has others. Imports numba."""
     from numba.core import compiler, typed_passes, untyped_passes
+    from numba.core.compiler_machinery import PassManager
 
-    places = (untyped_passes, typed_passes)
-    found = [next((getattr(p, name) for p in places if hasattr(p, name)), None) for name in PASSES]
-    if None in found:
+    known: dict[str, Any] = {**vars(untyped_passes), **vars(typed_passes)}
+    if not all(name in known for name in PASSES):
         return compiler.Compiler
 
-    class KernelCompiler(compiler.CompilerBase):  # type: ignore[misc]
+    class KernelCompiler(compiler.CompilerBase):
         def define_pipelines(self) -> list[Any]:
-            manager = compiler.PassManager("nopython")
-            for one in found:
-                manager.add_pass(one, one.__name__)
+            manager = PassManager("nopython")
+            for name in PASSES:
+                manager.add_pass(known[name], name)
             manager.finalize()
             return [manager]
 

@@ -66,7 +66,7 @@ def shortcuts() -> Iterator[None]:
 @cache
 def _install() -> None:
     """Put the shortcuts in place, where this version of numba has what they rely on."""
-    from llvmlite import binding
+    from llvmlite import binding  # type: ignore[import-untyped]
     from numba.core import base, codegen, cpu, ir, lowering, postproc, ssa, transforms, types
     from numba.core.typing import context
 

@@ -12,8 +12,8 @@ LOOK = 1024
 def costs_alone(cost, queue, waits, steps, goal, halt):
     """Lower costs cell by cell until no step lowers any, in the order of a queue.
 
-    Which cell comes first does not matter for what comes out. A cell that is lowered again is expanded again: 1.0 to 1.7
-    times for each cell on the published maps.
+    Which cell comes first does not matter for what comes out. A cell that is lowered again is expanded again: on the
+    published and the bundled maps 1.0 to 1.9 expansions a cell with octile moves, on random ones 35 % blocked up to 2.4.
 
     Parameters
     ----------

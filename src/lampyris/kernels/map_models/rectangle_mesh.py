@@ -1,5 +1,5 @@
 """A mesh of rectangles of free squares, for :mod:`.polyanya`: :func:`cover`, :func:`.rectangle_mesh_arrays.mark_corners`,
-:func:`list_sides`, :func:`ways_out`, in this order.
+:func:`list_sides`, :func:`exits_of`, in this order.
 
 Corners, at even points, have one byte each in ``corner`` (:mod:`.corner_flags`):
 
@@ -140,7 +140,7 @@ def list_sides(corner, stride, owner, rects, first, sides, port_first, ports, ha
 
 
 @kernel(out=("out", "doors_of"), of="out")
-def ways_out(single, first, sides, port_first, out, doors_of, halt):
+def exits_of(single, first, sides, port_first, out, doors_of, halt):
     """Rectangles without ports that are left by a single side are dead ends, and so are those that then are.
 
     Parameters

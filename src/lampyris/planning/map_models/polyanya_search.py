@@ -12,7 +12,7 @@ from lampyris.kernels import loading
 from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE
 from lampyris.kernels.map_models.corner_flags import TOWARDS_X, TOWARDS_Y, TURN
 from lampyris.kernels.map_models.polyanya import FIELDS, FOUND, FULL, polyanya, walk_along
-from lampyris.kernels.map_models.rectangle_mesh import cover, list_sides, ways_out
+from lampyris.kernels.map_models.rectangle_mesh import cover, exits_of, list_sides
 from lampyris.kernels.map_models.rectangle_mesh_arrays import count_ports, count_sides, mark_corners
 from lampyris.model.moves import Moves
 from lampyris.model.plan import MapModel
@@ -84,7 +84,7 @@ class Mesh:
         self.open_to = np.zeros(max(many, 1), dtype=np.int32)
         doors_of = np.diff(self.first)
         single = np.flatnonzero((doors_of == 1) & (np.diff(self.port_first) == 0)).astype(np.int32)
-        ways_out(single, self.first, self.sides, self.port_first, self.out, doors_of)
+        exits_of(single, self.first, self.sides, self.port_first, self.out, doors_of)
 
 
 class PolyanyaSearch:
