@@ -20,6 +20,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
+from types import BuiltinFunctionType
 from typing import Any
 
 RUN = (
@@ -41,6 +42,8 @@ FUNCTIONS = (
     "run",
 )  # fmt: skip
 """The same of ``CPUCodeLibrary._optimize_functions``."""
+OWN = ("builtins", "_operator", "math")
+"""Python's modules with functions that kernels call, and operators."""
 PART = "_part"
 """How the names of functions end that only kernels call."""
 
@@ -79,6 +82,7 @@ def _install() -> None:
         (postproc.PostProcessor, "run", lambda whole: _without_entries(whole, transforms, postproc)),
         (context.BaseContext, "resolve_value_type", lambda whole: _classes(whole, types)),
         (context.BaseContext, "_resolve_user_function_type", lambda whole: _conversions(whole, types)),
+        (lowering.Lower, "lower_binop", lambda whole: _combined_at_once(whole, ir.UNDEFINED)),
         (lowering.Lower, "_lower_call_normal", lambda whole: _converted_at_once(whole, types)),
         (ssa, "_run_ssa_block_pass", lambda whole: _without_a_log(whole, ir.Assign)),
         (context.BaseContext, "refresh", _what_is_new),
@@ -125,17 +129,20 @@ def _remembered(resolve: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _classes(whole: Callable[[Any, Any], Any], types: Any) -> Callable[[Any, Any], Any]:
-    """The type of ``numpy.uint64`` and of others like it: kernels refer to one at each index."""
+    """The type of ``numpy.uint64`` and of others like it, which kernels refer to at each index; and that of Python's own
+    functions, which numba looks for among all other values first, in vain."""
     known: dict[type, Any] = {}
 
     def resolve_value_type(self: Any, val: Any) -> Any:
-        if not _ours.depth or not isinstance(val, type):
+        if not _ours.depth or not isinstance(val, (type, BuiltinFunctionType)):
             return whole(self, val)
-        found = known.get(val)
+        found = known.get(val) if isinstance(val, type) else None  # type: ignore[arg-type]
+        if found is None and val.__module__ in OWN:
+            found = self._get_global_type(val)
         if found is None:
             found = whole(self, val)
             if isinstance(found, types.NumberClass):
-                known[val] = found
+                known[val] = found  # type: ignore[index]
         return found
 
     return resolve_value_type
@@ -166,6 +173,24 @@ def _converted_at_once(whole: Callable[..., Any], types: Any) -> Callable[..., A
         return self.context.cast(build, given, kind, signature.return_type)
 
     return _lower_call_normal
+
+
+def _combined_at_once(whole: Callable[..., Any], unknown: Any) -> Callable[..., Any]:
+    """Two numbers combined. Numba tries three implementations for a number that is known beforehand; powers have one."""
+
+    def lower_binop(self: Any, resty: Any, expr: Any, op: Any) -> Any:
+        if not _ours.depth or expr.static_lhs is not unknown or expr.static_rhs is not unknown:
+            return whole(self, resty, expr, op)
+        cast, build, kinds = self.context.cast, self.builder, self.context.typing_context
+        function, signature = kinds.resolve_value_type(op), self.fndesc.calltypes[expr]
+        sides = [
+            cast(build, self.loadvar(side.name), self.typeof(side.name), kind)
+            for side, kind in zip((expr.lhs, expr.rhs), signature.args, strict=True)
+        ]
+        combine = self.context.get_function(function, function.get_call_type(kinds, signature.args, {}))
+        return cast(build, combine(build, sides), signature.return_type, resty)
+
+    return lower_binop
 
 
 def _without_a_log(whole: Callable[..., Any], assignment: type) -> Callable[..., Any]:
