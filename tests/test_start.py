@@ -158,7 +158,8 @@ def test_nothing_is_compiled_when_kernels_are_imported() -> None:
 def test_kernels_that_a_plan_compiles(size: int, planner: str, want: list[str], tmp_path: Path) -> None:
     """100,000 cells need no numba; of large maps the whole is compiled, and what follows one way is not."""
     code = PRETEND + CLI + "print(__import__('json').dumps(compiled))"
-    assert last(run(code, *square(tmp_path, size), "--json", "--planner", planner)) == want
+    words = [*square(tmp_path, size), "--json", "--planner", planner]
+    assert last(run(code, *words, NUMBA_CACHE_DIR=str(tmp_path))) == want
 
 
 @pytest.mark.commit(1)
@@ -179,8 +180,10 @@ def test_kernels_that_a_plan_compiles(size: int, planner: str, want: list[str], 
         3,
     ),
 )
-def test_plans_that_need_no_numba(size: int, planner: str, terrain: bool, plain: bool) -> None:
-    """The corners of the table in docs/performance.md."""
+def test_plans_that_need_no_numba(
+    size: int, planner: str, terrain: bool, plain: bool, tmp_path: Path
+) -> None:
+    """The corners of the table in docs/performance.md: no machine code is kept."""
     code = f"""
     import json, numpy as np
     from lampyris import api
@@ -194,7 +197,7 @@ def test_plans_that_need_no_numba(size: int, planner: str, terrain: bool, plain:
     assert api.plan(scene, {planner!r}).path is not None
     print(json.dumps(not compiled))
     """
-    assert last(run(PRETEND + textwrap.dedent(code))) is plain
+    assert last(run(PRETEND + textwrap.dedent(code), NUMBA_CACHE_DIR=str(tmp_path))) is plain
 
 
 @pytest.mark.nightly
@@ -402,7 +405,7 @@ def test_damaged_machine_code_does_not_stop_a_kernel(how: str, tmp_path: Path) -
     """It is said where it lies, and what to do."""
     assert last(run(SMALL, NUMBA_CACHE_DIR=str(tmp_path)))
     kept = list(tmp_path.rglob("*.nb[ic]"))
-    for file in kept:
+    for file in [*kept, *tmp_path.rglob("*.code")]:
         file.write_bytes(DAMAGES[how](file.read_bytes()))
     done = run(SMALL, NUMBA_CACHE_DIR=str(tmp_path))
     assert last(done) is None

@@ -187,7 +187,7 @@ import sys
 import json, numba, numpy as np, lampyris.warming as w
 from lampyris.kernels.graph.bits import ahead, bit
 types = numba.typeof(np.zeros(1, np.uint64)), numba.int64
-w.wanted = lambda: ((ahead, types), (bit, types))
+w.wanted = lambda rare: ((ahead, types), (bit, types))
 told = []
 first = w.warm(lambda *now: told.append(now), int(sys.argv[1]))
 second = w.warm()
@@ -203,7 +203,8 @@ print(json.dumps([first.made, second.made, first.size, [str(f) for f in first.fo
     made, again, size, folders, told = json.loads(done.stdout)
     assert (made, again, told) == (2, 0, [2, 2])
     assert all(Path(f).is_relative_to(tmp_path) for f in folders)
-    assert size == sum(f.stat().st_size for f in tmp_path.rglob("*.nb[ic]"))
+    kept = [*tmp_path.rglob("*.nb[ic]"), *tmp_path.rglob("*.code")]
+    assert size == sum(f.stat().st_size for f in kept)
 
 
 @pytest.mark.nightly
@@ -213,20 +214,22 @@ def test_damaged_code_is_made_anew(how: str, tmp_path: Path) -> None:
     code = f"""
 import json, numba, numpy as np, lampyris.warming as w
 from pathlib import Path
-from lampyris.kernels import _jit
+from lampyris.kernels import _jit, kept_code
 from lampyris.kernels.graph.bits import ahead, bit
 from test_start import DAMAGES
 types = numba.typeof(np.zeros(1, np.uint64)), numba.int64
-w.wanted = lambda: ((ahead, types), (bit, types))
+w.wanted = lambda rare: ((ahead, types), (bit, types))
 w.warm()
 for file in Path({str(tmp_path)!r}).rglob("*.nb[ic]"):
     file.write_bytes(DAMAGES[{how!r}](file.read_bytes()))
 old = Path(bit.cache_folder()) / "bits.bit_0123456789abcdef-9.py311.nbi"
-old.touch()
+other = kept_code.folders()[0] / "lampyris.kernels.graph.bits.bit-0123456789abcdef-9.code"
+for one in (old, other):
+    one.touch()
 _jit.forget()
 again = w.warm()
 _jit.forget()
-print(json.dumps([again.made, w.warm().made, old.exists(), w._machine.damaged(old.parent)]))
+print(json.dumps([again.made, w.warm().made, old.exists() or other.exists(), w._machine.damaged(old.parent)]))
 """
     env = {k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"} | {
         "NUMBA_CACHE_DIR": str(tmp_path),

@@ -4,7 +4,7 @@
 
 Each plan is a process of its own, once held to the plain form and once to the compiled one (machine code kept
 on disk, so that it is loaded and not compiled), in turns. ``work`` is what
-:data:`lampyris.kernels._jit.PLAIN_NS` is held against.
+:data:`lampyris.kernels._jit.KEPT_NS` is held against.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import sys
 import tempfile
 import time
 
-SIZES = (100, 200, 316, 400, 450, 512, 640)
+SIZES = (50, 75, 100, 150, 200, 316)
 CODE = """
 import json, sys
 import numpy as np
@@ -27,7 +27,7 @@ size, form, planner = int(sys.argv[1]), sys.argv[2], sys.argv[3]
 if form == "compiled":
     _jit.prefer_compiled()
 else:
-    _jit.PLAIN_NS = _jit.OWN_NS = 10**15
+    _jit.PLAIN_NS = _jit.OWN_NS = _jit.KEPT_NS = _jit.OWN_KEPT_NS = 10**15
 import lampyris
 blocked = np.random.default_rng(size).random((size, size)) < 0.1
 blocked[:3, :3] = blocked[-3:, -3:] = False

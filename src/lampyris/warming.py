@@ -22,7 +22,7 @@ import numpy as np
 
 from lampyris import api, chains, curves, fleet_drives, fleets, kernels, lifelong, swarms
 from lampyris.errors import FileError, LampyrisError, UsageError
-from lampyris.kernels import _jit, _machine
+from lampyris.kernels import _jit, _machine, kept_code
 from lampyris.model.chain.chain import Chain
 from lampyris.model.edit import Edit
 from lampyris.model.fleet.delays import Delays
@@ -120,6 +120,7 @@ def warm(progress: Progress | None = None, workers: int = 1, *, rare: bool = Tru
         made, folders = _prepare(asked, progress)
     if progress:
         progress(len(asked), len(asked), "")
+    folders |= dict.fromkeys(folder for folder in kept_code.folders() if folder.is_dir())
     for file in [file for folder in folders for file in _kept(folder)]:
         if _machine.edition() not in file.name:
             file.unlink(missing_ok=True)
@@ -202,7 +203,7 @@ def _nowhere(why: str) -> FileError:
 
 
 def _kept(folder: Path) -> list[Path]:
-    return sorted(folder.glob("*.nb[ic]"))
+    return sorted({*folder.glob("*.nb[ic]"), *folder.glob(f"*{kept_code.SUFFIX}")})
 
 
 def wanted(rare: bool = True) -> tuple[Wanted, ...]:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from lampyris.api import plan
-from lampyris.kernels import _jit
+from lampyris.kernels import _jit, kept_code
 from lampyris.kernels._jit import PATH, Kernel, kernel
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
@@ -28,6 +28,7 @@ def fresh(monkeypatch: pytest.MonkeyPatch) -> None:
     """As in a fresh process; kernels of these tests are nobody else's."""
     monkeypatch.setattr(_jit, "_spent", 0)
     monkeypatch.setattr(_jit, "KERNELS", [])
+    monkeypatch.setattr(kept_code, "is_loaded", lambda: False)
     monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
 
 
@@ -66,6 +67,37 @@ def test_before_numba_is_there_all_kernels_share_one_purse(monkeypatch: pytest.M
     other(*call)  # the purse is empty, anyone who asks
     one(*call)
     assert (first[-1], second[-1]) == ("compiled", "compiled")
+
+
+def test_where_machine_code_is_kept_less_is_spent_before_it_is_loaded(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delitem(sys.modules, "numba", raising=False)
+    kept, other = (kernel(each=_jit.KEPT_NS // 2, of="marks")(add) for _ in range(2))
+    monkeypatch.setattr(kept, "_kept", True)
+    call = (np.zeros(9), np.zeros(1), 0)
+    first, second = _forms(kept, monkeypatch), _forms(other, monkeypatch)
+    for _ in range(3):
+        kept(*call)
+        other(*call)
+    assert first == ["plain", "compiled", "compiled"]
+    assert second == ["plain"] * 3
+
+
+def test_each_kernel_whose_machine_code_is_kept_has_a_small_purse_of_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delitem(sys.modules, "numba", raising=False)
+    monkeypatch.setattr(kept_code, "is_loaded", lambda: True)
+    kept, other = (kernel(each=_jit.OWN_KEPT_NS // 2, of="marks")(add) for _ in range(2))
+    monkeypatch.setattr(kept, "_kept", True)
+    call = (np.zeros(9), np.zeros(1), 0)
+    first, second = _forms(kept, monkeypatch), _forms(other, monkeypatch)
+    for _ in range(3):
+        kept(*call)
+        other(*call)
+    assert first == ["plain", "plain", "compiled"]
+    assert second == ["plain"] * 3
 
 
 def test_once_numba_is_there_each_has_a_purse_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:

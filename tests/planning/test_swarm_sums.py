@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from lampyris.kernels import _jit
+from lampyris.kernels import _jit, kept_code
 from lampyris.kernels.swarm.line_walks import walk_sums
 from lampyris.model.grid import Grid
 from lampyris.model.scene import Scene
@@ -64,6 +64,7 @@ def test_the_kernel_is_asked_where_it_runs_in_machine_code(monkeypatch: pytest.M
     monkeypatch.setitem(sys.modules, "numba", sys)
     assert walk_sums.pays(*args)  # 200 legs are more than may be spent on its plain form
     monkeypatch.delitem(sys.modules, "numba")
+    monkeypatch.setattr(kept_code, "is_loaded", lambda: False)
     assert not walk_sums.pays(*args)
     with _jit.compiled_only():
         assert walk_sums.pays(*args)

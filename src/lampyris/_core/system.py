@@ -33,6 +33,11 @@ def has_threads() -> bool:
     return sys.platform != "emscripten"
 
 
+def links_elf() -> bool:
+    """Whether machine code comes in ELF files of 64 bits, little-endian: on Linux."""
+    return sys.platform == "linux" and sys.maxsize > 2**32 and sys.byteorder == "little"
+
+
 def thread_seconds() -> float:
     """CPU seconds of this thread; where threads have no clock (as in a browser), of the process."""
     return getattr(time, "thread_time", time.process_time)()

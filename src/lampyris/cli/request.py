@@ -251,14 +251,11 @@ def budget_of(option: str, seconds: float | None) -> Budget | None:
     """
     if seconds is None:
         return None
-    from lampyris.kernels import _jit
-
     try:
         made = Budget(seconds=seconds)
     except SettingError as fault:
         fault.where = option
         raise
-    _jit.load_numba()  # the seconds are for planning
     return made
 
 

@@ -5,7 +5,8 @@ results:
 
 * **plain**: Python over lists, 0.1 to 6 microseconds a cell. Small work is over sooner this way than
   importing numba takes.
-* **compiled**: the same source through ``numba.njit`` with its disk cache, for large or repeated work.
+* **compiled**: the same source through ``numba.njit`` with its disk cache, for large or repeated work. What a run leaves
+  on disk, later ones run without numba.
 
 ``NUMBA_DISABLE_JIT=1`` keeps the plain form always, and so does a platform where numba is not installed or cannot be
 imported (Pyodide). Which form ran never changes a result: kernels use
@@ -15,13 +16,15 @@ Which form runs
 ---------------
 Each call is priced beforehand, in nanoseconds of its plain form: so many for each element of its longest
 array, or of what ``of`` names, as ``each`` says. The sums decide, not the clock: the same calls in a fresh
-process run in the same forms.
+process, with the same machine code kept, run in the same forms.
 
-* As long as numba is not imported, all kernels together may spend :data:`PLAIN_NS` in plain form.
-* Once it is, each kernel may spend :data:`OWN_NS`: loading it from disk takes about 5 ms, but where nothing
-  was kept from an earlier run compiling it takes 0.1 to 2 s.
+* As long as no machine code is loaded, all kernels together may spend :data:`PLAIN_NS` in plain form; where an earlier
+  run kept machine code of a kernel that runs without numba (:mod:`.kept_code`), it is loaded after :data:`KEPT_NS`.
+* Then each kernel may spend :data:`OWN_NS`: numba loads it from disk in about 5 ms, but where nothing was kept
+  from an earlier run compiling it takes 0.1 to 2 s; or :data:`OWN_KEPT_NS`, where it is loaded without numba.
 
-``tools/plain_or_compiled.py`` measures both sides of the first rule, a whole ``lampyris plan`` in each form.
+``tools/plain_or_compiled.py`` measures both sides of the first rule where machine code is kept, a whole ``lampyris plan``
+in each form.
 
 Rules for kernel source
 -----------------------
@@ -58,12 +61,14 @@ from typing import Any
 import numpy as np
 
 from lampyris._core import cancellation
+from lampyris.kernels import kept_code
 from lampyris.kernels._helpers import clock as clock
 from lampyris.kernels._helpers import fetch as fetch
 from lampyris.kernels._helpers import highest as highest
 from lampyris.kernels._helpers import lowest as lowest
 from lampyris.kernels._helpers import stopped as stopped
 from lampyris.kernels._helpers import u64 as u64
+from lampyris.kernels.kept_code import KeptCode
 from lampyris.kernels.loading import loading
 
 PLAIN_NS = 300_000_000
@@ -79,6 +84,13 @@ Measured on a busy machine.
 """
 OWN_NS = 20_000_000
 """Work in plain form of each kernel when numba is there."""
+KEPT_NS = 60_000_000
+"""Work in plain form, all kernels together, where machine code is kept that runs without numba: see :mod:`.kept_code`.
+
+Loading LLVM takes about 0.02 s, each kernel about 2 ms.
+"""
+OWN_KEPT_NS = 4_000_000
+"""Work in plain form of each such kernel when LLVM is there."""
 VIEWED = 4096
 """Elements from which on an array that is only touched here and there is read in place, not made a list."""
 
@@ -116,7 +128,7 @@ def on_compile(ear: Callable[[bool], None]) -> None:
     _ears.append(ear)
 
 
-class NoMachineCode(RuntimeWarning):
+class NoKeptCode(RuntimeWarning):
     """numba is installed and cannot be imported: everything works, but in plain Python."""
 
     for_people = True
@@ -153,7 +165,7 @@ def load_numba() -> bool:
         what = (
             f"numba cannot be imported, so everything runs in plain Python, far slower on large maps: {error}"
         )
-        warnings.warn(NoMachineCode(what), stacklevel=2)
+        warnings.warn(NoKeptCode(what), stacklevel=2)
         return False
     return True
 
@@ -191,7 +203,7 @@ class Kernel:
         self.inline = inline
         self.arrays = arrays
         self.each = each
-        self._load = load
+        self._load_factor = load
         self.__name__ = plain.__name__
         self.__doc__ = plain.__doc__
         names = plain.__code__.co_varnames[: plain.__code__.co_argcount]
@@ -203,6 +215,7 @@ class Kernel:
         self._halts = names[-1:] == ("halt",)
         self._spent = 0
         self._expensive = False
+        self._kept: bool | None = None
         self._compiled: Callable[..., Any] | None = None
         self._called: Callable[..., Any] | None = None
         self._linked: Callable[..., Any] | None = None
@@ -280,16 +293,33 @@ class Kernel:
             return False
         if self._compiled is not None or _compiled_only.depth:
             return True
-        return "numba" in sys.modules and self._left() < self.price(args)
+        return _loaded() and self._left(price := self.price(args)) < price
 
     def expect(self, calls: int, *args: Any) -> None:
         """Announce so many calls with arguments of this size: if all of them together take too long in plain form, the
         kernel is compiled for the first of them already."""
-        self._expensive = self._expensive or self._left() < calls * self.price(args)
+        price = calls * self.price(args)
+        self._expensive = self._expensive or self._left(price) < price
 
-    def _left(self) -> int:
-        """What may still be spent in plain form."""
-        return self._load * OWN_NS - self._spent if "numba" in sys.modules else PLAIN_NS - _spent
+    def _left(self, price: int = 0) -> int:
+        """What may still be spent in plain form, before that price is paid."""
+        if not _loaded():
+            # Whether machine code is kept is asked only where it matters: it costs two milliseconds, once.
+            left = KEPT_NS - _spent
+            return left if price <= left or self._is_kept() else PLAIN_NS - _spent
+        own = OWN_KEPT_NS if "numba" not in sys.modules and self._is_kept() else OWN_NS
+        return self._load_factor * own - self._spent
+
+    def _is_kept(self) -> bool:
+        """Whether machine code that runs without numba was there when this was first asked."""
+        if self._kept is None:
+            self._kept = (
+                self.is_ours
+                and not jit_disabled()
+                and kept_code.usable()
+                and kept_code.is_kept(self.full_name, self.edition())
+            )
+        return self._kept and _keeping
 
     def _plain_is_quicker(self, args: tuple[Any, ...]) -> bool:
         global _spent
@@ -298,7 +328,7 @@ class Kernel:
         if _compiled_only.depth or self._expensive:
             return False
         price = self.price(args)
-        if price > self._left():
+        if price > self._left(price):
             return False
         self._spent += price
         _spent += price
@@ -331,9 +361,45 @@ class Kernel:
         return self._linked
 
     def compiled(self) -> Callable[..., Any]:
-        """The compiled form; compiling happens at its first call and is kept on disk. Without numba the plain form."""
+        """The compiled form; compiling happens at its first call and is kept on disk. Without numba the plain form.
+
+        Where an earlier run kept machine code of it, that is run without importing numba; for arguments of types that none
+        is kept for, numba takes over.
+        """
         made = self._compiled
-        if made is None:
+        if made is None and "numba" not in sys.modules and self._is_kept():
+            made = self._compiled = KeptCode(self._load, self._taken_over)
+        return made or self.dispatcher()
+
+    def _load(self, types: tuple[str, ...]) -> Callable[..., Any] | None:
+        from lampyris.kernels import object_code
+
+        return object_code.load(self.full_name, self.edition(), types)
+
+    def _taken_over(self, *args: Any) -> Any:
+        """Called for arguments of types that no machine code is kept for."""
+        return self.dispatcher()(*args)
+
+    @property
+    def full_name(self) -> str:
+        """With its module."""
+        return f"{self.plain.__module__}.{self.__name__}"
+
+    @property
+    def is_ours(self) -> bool:
+        """Whether it is a kernel of this package, rather than of a caller."""
+        return self.plain.__module__.startswith("lampyris.kernels.")
+
+    def edition(self) -> str:
+        """Of the sources that its machine code depends on."""
+        from lampyris.kernels import _machine as machine
+
+        return machine.edition(Path(self.plain.__code__.co_filename).resolve().parent)
+
+    def dispatcher(self) -> Callable[..., Any]:
+        """Numba's compiled form, which knows every list of argument types. Imports numba; without it the plain form."""
+        made = self._compiled
+        if made is None or isinstance(made, KeptCode):
             if not load_numba():
                 return self.run_plain
             with cancellation.uninterrupted(), loading():
@@ -362,7 +428,7 @@ class Kernel:
         ------
         OSError : it cannot be kept.
         """
-        dispatcher: Any = self.compiled()
+        dispatcher: Any = self.dispatcher()
         before = sum(dispatcher.stats.cache_misses.values())
         with cancellation.uninterrupted():
             dispatcher.compile(types)
@@ -370,7 +436,7 @@ class Kernel:
 
     def cache_folder(self) -> str | None:
         """The folder its machine code is kept in; None if it is not kept. Imports numba."""
-        dispatcher: Any = self.compiled()
+        dispatcher: Any = self.dispatcher()
         folder: str | None = dispatcher.stats.cache_path
         return folder
 
@@ -402,8 +468,8 @@ def kernel(
 
 def prefer_compiled() -> None:
     """From here on compile every kernel at its first call, for timings of compiled code."""
-    global PLAIN_NS, OWN_NS
-    PLAIN_NS = OWN_NS = -1
+    global PLAIN_NS, OWN_NS, KEPT_NS, OWN_KEPT_NS
+    PLAIN_NS = OWN_NS = KEPT_NS = OWN_KEPT_NS = -1
 
 
 class _CompiledOnly(threading.local):
@@ -476,6 +542,11 @@ def keep_nothing(what: str, why: str, todo: str = "") -> None:
     warnings.warn(NothingKept(f"{what}, so each run recompiles: {why}; {todo}"), stacklevel=3)
 
 
+def _loaded() -> bool:
+    """Whether machine code runs in this process already: made by numba, or kept."""
+    return "numba" in sys.modules or kept_code.is_loaded()
+
+
 def forget() -> None:
     """Recompile every kernel, or read it from disk, when it is needed next."""
     for k in KERNELS:
@@ -509,10 +580,10 @@ def _compile(k: Kernel, *, part: bool = False) -> Callable[..., Any]:
     if part:
         variant.__qualname__ += PART
     if keep:
-        variant.__qualname__ += f"_{machine.edition(Path(k.plain.__code__.co_filename).resolve().parent)}"
+        variant.__qualname__ += f"_{k.edition()}"
     try:
         made = machine.compiled(variant, cache=keep, forceinline=k.inline, inner=part or k.inner)
-        _time_loading(made)
+        _time_loading(made, k if keep else None)
         return made
     except RuntimeError as error:
         # What numba says when neither NUMBA_CACHE_DIR, nor the folder of the source, nor the user's own
@@ -523,16 +594,21 @@ def _compile(k: Kernel, *, part: bool = False) -> Callable[..., Any]:
         return _compile(k)
 
 
-def _time_loading(dispatcher: Any) -> None:
+def _time_loading(dispatcher: Any, kept: Kernel | None = None) -> None:
     """Have the clocks of :mod:`.loading` stand still while it compiles, or reads what is kept on disk: at its
-    first call with arguments of new types, before it runs."""
+    first call with arguments of new types, before it runs. Machine code of ``kept`` is kept for processes without numba, too."""
     from lampyris.kernels._shortcuts import shortcuts
 
     compile_ = dispatcher.compile
 
     def timed(types: Any) -> Any:
         with loading(), shortcuts():
-            return compile_(types)
+            made = compile_(types)
+            if kept is not None and kept.is_ours and not kept.inner:
+                from lampyris.kernels import object_code
+
+                object_code.keep(kept.full_name, kept.edition(), dispatcher, tuple(types))
+            return made
 
     dispatcher.compile = timed
 

@@ -104,7 +104,7 @@ def _without_masked_arrays() -> None:
     whole = registered.dispatch(np.ndarray)
 
     def typeof_array(val: Any, context: Any) -> Any:
-        if type(val) is not np.ndarray or val.dtype.kind not in "biuf":
+        if type(val) is not np.ndarray or val.dtype.kind not in "biuf" or not val.dtype.isnative:
             return whole(val, context)
         kind, layout = numpy_support.from_dtype(val.dtype), numpy_support.map_layout(val)
         return types.Array(kind, val.ndim, layout, readonly=not val.flags.writeable)
@@ -354,20 +354,37 @@ def use_builtins(function: FunctionType) -> None:
 
 
 @cache
-def clock() -> Any:
-    """The compiled form of :func:`._helpers.clock`: a call of the system's own clock, 20 to 40 ns."""
+def know_clock() -> None:
+    """Tell LLVM where the system's clock is.
+
+    Kept machine code refers to it by its name; its address is another in each process.
+    """
     import ctypes
 
-    from llvmlite import binding, ir
-    from numba.core import cgutils, types
-    from numba.extending import intrinsic
+    from llvmlite import binding
 
     counter = getattr(ctypes, "windll", None)
     system: Any = (
         ctypes.CDLL(None).clock_gettime if counter is None else counter.kernel32.QueryPerformanceCounter
     )
-    # Kept machine code asks for it by this name; its address is another in each process.
-    binding.add_symbol("lampyris_clock", ctypes.cast(system, ctypes.c_void_p).value)
+    binding.add_symbol(CLOCK, ctypes.cast(system, ctypes.c_void_p).value)
+
+
+CLOCK = "lampyris_clock"
+"""The name of the system's clock in machine code."""
+
+
+@cache
+def clock() -> Any:
+    """The compiled form of :func:`._helpers.clock`: a call of the system's own clock, 20 to 40 ns."""
+    import ctypes
+
+    from llvmlite import ir
+    from numba.core import cgutils, types
+    from numba.extending import intrinsic
+
+    know_clock()
+    counter = getattr(ctypes, "windll", None)
 
     def clock(typing: Any) -> Any:
         def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -380,7 +397,7 @@ def clock() -> Any:
             else:
                 kind = ir.FunctionType(word, [wide.as_pointer()])
                 given = [place]
-            function = cgutils.get_or_insert_function(builder.module, kind, "lampyris_clock")
+            function = cgutils.get_or_insert_function(builder.module, kind, CLOCK)
             builder.call(function, given)
             first = builder.load(place)
             if counter is not None:

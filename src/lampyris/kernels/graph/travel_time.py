@@ -35,7 +35,7 @@ def half_step(length, one, other, corner, acceleration):
     return length / (min(one, corner) + min(other, corner))
 
 
-@kernel(out=("heap", "place", "f", "h", "g", "before", "result"), each=6000)
+@kernel(out=("heap", "place", "f", "h", "g", "before", "result"), each=1600)
 def travel_time(
     free, node, edge, layered, stride, start, goal, budget,
     offset, via, across, dx, dy, length, corner, norm, top, a_max, d_max,

@@ -14,7 +14,7 @@ FAR = 2**62
 """What no path costs."""
 
 
-@kernel(out=("mark", "queue"), each=2000)
+@kernel(out=("mark", "queue"), each=500)
 def connected(value, least, jump, start, mark, queue, halt):
     """Mark the region of cells of at least some value around a cell; how many they are.
 
@@ -44,7 +44,7 @@ def connected(value, least, jump, start, mark, queue, halt):
     return count
 
 
-@kernel(out=("worst", "heap", "place"), each=8000)
+@kernel(out=("worst", "heap", "place"), each=2000)
 def widest(steps, jump, value, start, goal, worst, heap, place, halt):
     """The greatest least value of a path; -1 where there is none.
 
@@ -79,7 +79,7 @@ def widest(steps, jump, value, start, goal, worst, heap, place, halt):
     return -1
 
 
-@kernel(out=("paid", "before", "heap", "place"), each=8000)
+@kernel(out=("paid", "before", "heap", "place"), each=2000)
 def cheapest(steps, jump, cost, rank, start, goal, paid, before, heap, place, halt):
     """The cheapest path from a cell; of cells that cost the same the one of lower rank is settled first.
 

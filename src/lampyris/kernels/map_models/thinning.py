@@ -38,7 +38,7 @@ def _simple(inside, stride, eight, at):
     return count == 1
 
 
-@kernel(out=("inside", "heap", "place", "tie"), each=25_000)
+@kernel(out=("inside", "heap", "place", "tie"), each=7000)
 def thin(inside, value, tie, kept_a, kept_b, stride, eight, heap, place, halt):
     """Wear a region away to its ridges; return how many cells went.
 
