@@ -53,7 +53,7 @@ def drawn(key, number):
     return _mixed(_mixed(number & MASK) ^ key)
 
 
-@kernel(out=("count",))
+@kernel(out=("count",), inline=True)
 def next_draw(key, count, at):
     """The draw whose number is ``count[at]``, which then is the next."""
     number = count[u64(at)] + 0
