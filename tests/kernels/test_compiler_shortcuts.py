@@ -15,7 +15,7 @@ import pytest
 
 from lampyris.kernels import _jit, _machine
 from lampyris.kernels import _shortcuts as shortcuts
-from lampyris.kernels._jit import kernel
+from lampyris.kernels._jit import kernel, u64
 
 numba = pytest.importorskip("numba")
 
@@ -45,9 +45,14 @@ def compiled(plain: Callable[..., Any], **options: Any) -> Any:
 
 
 @pytest.mark.nightly
-def test_the_machine_code_is_the_same_with_and_without_shortcuts() -> None:
+def test_the_machine_code_is_the_same_with_and_without_shortcuts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """But for what LLVM makes of functions that were not optimised twice: this once they are."""
+    library = numba.core.codegen.CPUCodeLibrary
     plain = instructions(compiled(small))
     with shortcuts.shortcuts():
+        closure = library._optimize_functions.__closure__ or ()
+        for twice in [cell.cell_contents for cell in closure if callable(cell.cell_contents)]:
+            monkeypatch.setattr(library, "_optimize_functions", twice)
         short = instructions(compiled(small))
     assert short == plain
     assert plain.count("\n") > 20
@@ -218,3 +223,58 @@ def test_variables_are_listed_in_the_same_order() -> None:
     assert ways[0] == ways[1]
     assert sum(map(len, ways[0])) > 20
     assert ir.Inst._rec_list_vars.__module__ == shortcuts.__name__
+
+
+def everything(real: Any, whole: Any, narrow: Any, bits: Any, out: Any) -> int:
+    """What kernels are made of, over arrays of each kind."""
+    n = len(whole)
+    for k in range(n):
+        i = u64(k)
+        a = real[i] * 0.1 + whole[k - n] / 3.0
+        b = int(real[i]) + int(narrow[i]) + narrow[-1]
+        out[i] = a
+        out[i] += max(whole[i], 7) + min(a, real[u64(0)], b)
+        if bits[k - 1]:
+            out[i] -= max(real[k], whole[i])
+        whole[k - n] = narrow[i] - b
+        narrow[i] = min(b & 127, 100)
+        bits[i] = b & 1
+    return int(narrow[u64(n - 1)])
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        np.int32,
+        pytest.param(np.uint8, marks=pytest.mark.nightly),
+        pytest.param(np.int64, marks=pytest.mark.nightly),
+    ],
+)
+def test_results_of_compiled_code_are_those_of_the_plain_form(kind: Any) -> None:
+    given = _jit.kernel(out=("whole", "narrow", "bits", "out"))(everything)
+    assert len(set(_results(given, (given.compiled(), given.run_plain), kind))) == 1
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("kind", [np.int32, np.uint8, np.int64])
+def test_results_are_the_same_with_and_without_shortcuts(kind: Any) -> None:
+    given = _jit.kernel(out=("whole", "narrow", "bits", "out"))(everything)
+    variant = _jit._variant(given, lambda callee: callee.called(), {_jit.u64: np.uint64})
+    assert len(set(_results(given, (given.compiled(), numba.njit(**_machine.LEAN)(variant)), kind))) == 1
+
+
+def _results(given: Any, forms: tuple[Any, ...], kind: Any) -> list[tuple[Any, ...]]:
+    """What each form returns, and the bytes that it leaves in its arrays."""
+    rng = np.random.default_rng(3)
+    room = (
+        rng.normal(0, 50, 40),
+        rng.integers(-99, 99, 40),
+        rng.integers(0, 90, 40).astype(kind),
+        rng.random(40) < 0.5,
+        np.zeros(40),
+    )
+    found = []
+    for form in forms:
+        arrays = tuple(array.copy() for array in room)
+        found.append((form(*arrays), *(array.tobytes() for array in arrays)))
+    return found

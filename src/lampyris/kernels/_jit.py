@@ -273,6 +273,11 @@ class Kernel:
         :func:`recorded`): for callers that have the same in NumPy, no slower than loading a kernel."""
         return bool(self._compiled is not None or _compiled_only.depth or _recordings)
 
+    @property
+    def is_loaded(self) -> bool:
+        """Whether this process has its machine code, or has begun to load or compile it."""
+        return self._compiled is not None
+
     def price(self, args: tuple[Any, ...]) -> int:
         """About how many nanoseconds the plain form takes."""
         if self._of is not None:
@@ -570,6 +575,7 @@ def _compile(k: Kernel, *, part: bool = False) -> Callable[..., Any]:
         clock: machine.clock(),
     }
     variant = _variant(k, lambda callee: callee.called(), helpers)
+    machine.use_builtins(variant)
     keep = not part and _keeping and _cache_works(k)
     if part:
         variant.__qualname__ += PART

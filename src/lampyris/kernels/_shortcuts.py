@@ -1,4 +1,4 @@
-"""Faster compiling by numba, with the same machine code: repeated look-ups are cached, results that no kernel uses left out.
+"""Faster compiling by numba, with the same results: repeated look-ups are cached, what no kernel uses is left out.
 
 A kernel is compiled once on a machine, and the first run waits for it. Numba spends a sixth of that time on finding the
 implementation of ``+`` or ``a[i]`` for given types, again for each place in the source and each round of type inference.
@@ -10,6 +10,11 @@ What kernels call is compiled for them alone: it is lowered and linked into its 
 would optimise it by itself, make machine code of it that nothing runs, and then do both again within each caller: half of
 the time that LLVM takes.
 
+An element of an array, a conversion and a combination of two numbers are each a few instructions of LLVM's. Numba writes ten
+times as many, of which LLVM's optimisation leaves those few; here they are written at once. Functions are optimised within
+the kernel alone, not each by itself before. Both may lead to other machine code, of the same
+results: no operation on floating-point numbers is reordered or merged, as no ``fastmath`` is in use.
+
 All this applies within :func:`shortcuts` alone, in the thread that is in it. Other code that a program compiles is compiled as
 always.
 """
@@ -20,6 +25,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
+from types import BuiltinFunctionType
 from typing import Any
 
 RUN = (
@@ -36,6 +42,13 @@ FINALIZE = (
     "link_in", "_get_module_for_linking", "_optimize_final_module", "verify", "_finalize_final_module",
 )  # fmt: skip
 """The same of ``CPUCodeLibrary.finalize``."""
+FUNCTIONS = (
+    "_codegen", "_data_layout", "data_layout", "functions", "_function_pass_manager", "name", "_recorded_timings", "record",
+    "run",
+)  # fmt: skip
+"""The same of ``CPUCodeLibrary._optimize_functions``."""
+OWN = ("builtins", "_operator", "math")
+"""Python's modules with functions that kernels call, and operators."""
 PART = "_part"
 """How the names of functions end that only kernels call."""
 
@@ -61,21 +74,30 @@ def shortcuts() -> Iterator[None]:
 @cache
 def _install() -> None:
     """Put the shortcuts in place, where this version of numba has what they rely on."""
-    from numba.core import base, codegen, cpu, ir, lowering, postproc, transforms, types
+    from llvmlite import binding  # type: ignore[import-untyped]
+    from numba.core import base, codegen, cpu, ir, lowering, postproc, ssa, transforms, types
     from numba.core.typing import context
 
     shorter: tuple[tuple[Any, str, Callable[..., Any]], ...] = (
         (types.Function, "get_call_type", _remembered),
         (base.BaseContext, "get_abi_sizeof", _sizes),
         (lowering.BaseLower, "create_cfunc_wrapper", _unless_ours),
+        (lowering.Lower, "lower_getitem", lambda whole: _read_at_once(whole, types)),
+        (lowering.Lower, "lower_setitem", lambda whole: _written_at_once(whole, types)),
         (postproc.PostProcessor, "run", lambda whole: _without_entries(whole, transforms, postproc)),
+        (context.BaseContext, "resolve_value_type", lambda whole: _classes(whole, types)),
+        (context.BaseContext, "_resolve_user_function_type", lambda whole: _conversions(whole, types)),
+        (lowering.Lower, "lower_binop", lambda whole: _combined_at_once(whole, ir.UNDEFINED)),
+        (lowering.Lower, "_lower_call_normal", lambda whole: _converted_at_once(whole, types)),
+        (ssa, "_run_ssa_block_pass", lambda whole: _without_a_log(whole, ir.Assign)),
         (context.BaseContext, "refresh", _what_is_new),
         (base.BaseContext, "refresh", _what_is_new),
         (ir.Inst, "_rec_list_vars", lambda whole: _variables(whole, ir.Var, ir.Inst)),
+        (codegen.CPUCodeLibrary, "_optimize_functions", lambda whole: _registers_alone(whole, binding)),
         (codegen.CPUCodeLibrary, "finalize", _linked_alone),
         (cpu.CPUContext, "get_executable", _unless_a_part),
     )
-    known = {"run": RUN, "finalize": FINALIZE}
+    known = {"run": RUN, "_optimize_functions": FUNCTIONS, "finalize": FINALIZE}
     if codegen.CPUCodeLibrary.finalize.__code__.co_names != FINALIZE:
         shorter = shorter[:-2]
     for owner, name, wrap in shorter:
@@ -111,6 +133,85 @@ def _remembered(resolve: Callable[..., Any]) -> Callable[..., Any]:
     return get_call_type
 
 
+def _classes(whole: Callable[[Any, Any], Any], types: Any) -> Callable[[Any, Any], Any]:
+    """The type of ``numpy.uint64`` and of others like it, which kernels refer to at each index; and that of Python's own
+    functions, which numba looks for among all other values first, in vain."""
+    known: dict[type, Any] = {}
+
+    def resolve_value_type(self: Any, val: Any) -> Any:
+        if not _ours.depth or not isinstance(val, (type, BuiltinFunctionType)):
+            return whole(self, val)
+        found = known.get(val) if isinstance(val, type) else None  # type: ignore[arg-type]
+        if found is None and val.__module__ in OWN:
+            found = self._get_global_type(val)
+        if found is None:
+            found = whole(self, val)
+            if isinstance(found, types.NumberClass):
+                known[val] = found  # type: ignore[index]
+        return found
+
+    return resolve_value_type
+
+
+def _conversions(whole: Callable[..., Any], types: Any) -> Callable[..., Any]:
+    """What comes of ``numpy.uint64(i)`` for given types of ``i``, asked for once."""
+    known: dict[tuple[Any, Any], Any] = {}
+
+    def _resolve_user_function_type(self: Any, func: Any, args: Any, kws: Any, literals: Any = None) -> Any:
+        if not _ours.depth or kws or literals is not None or not isinstance(func, types.NumberClass):
+            return whole(self, func, args, kws, literals)
+        key = (func, tuple(args))
+        found = known.get(key)
+        if found is None:
+            found = known[key] = whole(self, func, args, kws, literals)
+        return found
+
+    return _resolve_user_function_type
+
+
+def _converted_at_once(whole: Callable[..., Any], types: Any) -> Callable[..., Any]:
+    def _lower_call_normal(self: Any, fnty: Any, expr: Any, signature: Any) -> Any:
+        if not _ours.depth or not isinstance(fnty, types.NumberClass) or len(expr.args) != 1 or expr.kws:
+            return whole(self, fnty, expr, signature)
+        name, (kind,), build = expr.args[0].name, signature.args, self.builder
+        given = self.context.cast(build, self.loadvar(name), self.typeof(name), kind)
+        return self.context.cast(build, given, kind, signature.return_type)
+
+    return _lower_call_normal
+
+
+def _combined_at_once(whole: Callable[..., Any], unknown: Any) -> Callable[..., Any]:
+    """Two numbers combined. Numba tries three implementations for a number that is known beforehand; powers have one."""
+
+    def lower_binop(self: Any, resty: Any, expr: Any, op: Any) -> Any:
+        if not _ours.depth or expr.static_lhs is not unknown or expr.static_rhs is not unknown:
+            return whole(self, resty, expr, op)
+        cast, build, kinds = self.context.cast, self.builder, self.context.typing_context
+        function, signature = kinds.resolve_value_type(op), self.fndesc.calltypes[expr]
+        sides = [
+            cast(build, self.loadvar(side.name), self.typeof(side.name), kind)
+            for side, kind in zip((expr.lhs, expr.rhs), signature.args, strict=True)
+        ]
+        combine = self.context.get_function(function, function.get_call_type(kinds, signature.args, {}))
+        return cast(build, combine(build, sides), signature.return_type, resty)
+
+    return lower_binop
+
+
+def _without_a_log(whole: Callable[..., Any], assignment: type) -> Callable[..., Any]:
+    """Each statement of a block as a handler changes it; numba writes three lines about each to a log that nobody reads."""
+
+    def _run_ssa_block_pass(states: Any, blk: Any, handler: Any) -> Iterator[Any]:
+        if not _ours.depth:
+            yield from whole(states, blk, handler)
+            return
+        for statement in blk.body:
+            change = handler.on_assign if isinstance(statement, assignment) else handler.on_other
+            yield change(states, statement)
+
+    return _run_ssa_block_pass
+
+
 def _sizes(measure: Callable[[Any, Any], int]) -> Callable[[Any, Any], int]:
     """The size of a type of LLVM's, asked for once for each target: numba copies its context for each function that it compiles,
     and what is kept here must not keep all the copies."""
@@ -133,6 +234,70 @@ def _unless_ours(make: Callable[[Any], None]) -> Callable[[Any], None]:
             make(self)
 
     return create_cfunc_wrapper
+
+
+def _is_flat(lower: Any, signature: Any, types: Any) -> bool:
+    """Whether it is an element of a one-dimensional array of numbers that is meant, by an index of 64 bits."""
+    array, index = signature.args[:2]
+    return bool(
+        _ours.depth
+        and not lower.context.enable_boundscheck
+        and isinstance(array, types.Array)
+        and array.ndim == 1
+        and array.layout == "C"
+        and array.aligned
+        and isinstance(array.dtype, (types.Integer, types.Float, types.Boolean))
+        and isinstance(index, types.Integer)
+        and index.bitwidth == 64
+    )
+
+
+def _place(lower: Any, kind: Any, array: Any, index_kind: Any, index: Any) -> Any:
+    """Where an element lies. Numba takes the array apart into its seven fields for each, which makes half of the instructions
+    that LLVM reads."""
+    build, model = lower.builder, lower.context.data_model_manager[kind]
+    data = build.extract_value(array, model.get_field_position("data"))
+    if index_kind.signed:
+        size = build.extract_value(array, [model.get_field_position("shape"), 0])
+        negative = build.icmp_signed("<", index, index.type(0))
+        index = build.select(negative, build.add(index, size), index)
+    return build.gep(data, [index])
+
+
+def _read_at_once(whole: Callable[..., Any], types: Any) -> Callable[..., Any]:
+    def lower_getitem(self: Any, resty: Any, expr: Any, value: Any, index: Any, signature: Any) -> Any:
+        if not _is_flat(self, signature, types):
+            return whole(self, resty, expr, value, index, signature)
+        kind, index_kind = signature.args
+        cast, build = self.context.cast, self.builder
+        array = self.loadvar(value.name)
+        number = cast(build, self.loadvar(index.name), self.typeof(index.name), index_kind)
+        found = self.context.unpack_value(build, kind.dtype, _place(self, kind, array, index_kind, number))
+        return cast(
+            build, cast(build, found, kind.dtype, signature.return_type), signature.return_type, resty
+        )
+
+    return lower_getitem
+
+
+def _written_at_once(whole: Callable[..., Any], types: Any) -> Callable[..., Any]:
+    def lower_setitem(self: Any, target_var: Any, index_var: Any, value_var: Any, signature: Any) -> Any:
+        if not _is_flat(self, signature, types) or not isinstance(
+            signature.args[2], (types.Integer, types.Float, types.Boolean)
+        ):
+            return whole(self, target_var, index_var, value_var, signature)
+        kind, index_kind, value_kind = signature.args
+        cast, build = self.context.cast, self.builder
+        array, value = self.loadvar(target_var.name), self.loadvar(value_var.name)
+        number = cast(build, self.loadvar(index_var.name), self.typeof(index_var.name), index_kind)
+        value = cast(
+            build, cast(build, value, self.typeof(value_var.name), value_kind), value_kind, kind.dtype
+        )
+        place = _place(self, kind, array, index_kind, number)
+        self.context.pack_value(build, kind.dtype, value, place)
+        return None
+
+    return lower_setitem
 
 
 def _without_entries(whole: Callable[..., Any], transforms: Any, postproc: Any) -> Callable[..., Any]:
@@ -215,6 +380,26 @@ def _variables(
         return found
 
     return _rec_list_vars
+
+
+def _registers_alone(whole: Callable[[Any, Any], None], binding: Any) -> Callable[[Any, Any], None]:
+    """Of the optimisations of each function by itself only that variables come into registers: the others are all done again
+    when it is in its caller, or in the kernel, and take a third of LLVM's time.
+    """
+
+    def _optimize_functions(self: Any, module: Any) -> None:
+        if not _ours.depth:
+            whole(self, module)
+            return
+        module.data_layout = self._codegen._data_layout
+        passes, builder = binding.create_new_function_pass_manager(), self._codegen._pass_builder()
+        passes.add_sroa_pass()
+        passes.add_simplify_cfg_pass()
+        for function in module.functions:
+            if not function.is_declaration:
+                passes.run(function, builder)
+
+    return _optimize_functions
 
 
 def _is_part(library: Any) -> bool:

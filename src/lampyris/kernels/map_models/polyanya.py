@@ -16,7 +16,7 @@ from math import sqrt
 
 from lampyris.kernels._jit import PATH, kernel, stopped, u64
 from lampyris.kernels.heap import put, take
-from lampyris.kernels.map_models.rectangle_mesh import LINE_X, LINE_Y, PORT, TOWARDS_X, TOWARDS_Y, TURN
+from lampyris.kernels.map_models.corner_flags import LINE_X, LINE_Y, PORT, TOWARDS_X, TOWARDS_Y, TURN
 
 FOUND, EXHAUSTED, LIMIT, FULL = 0, 1, 2, 3
 ENDED = -2
@@ -371,7 +371,7 @@ def polyanya(
 
     Parameters
     ----------
-    owner .. out : see :func:`.rectangle_mesh.rectangles`.
+    owner .. out : see :mod:`.rectangle_mesh`.
     open_to : int32 (k,), 0 before the first run; scratch: dead ends that lead to the goal.
     sx, sy, gx, gy : the ends.
     budget : greatest number of nodes expanded; -1: no limit.

@@ -1,6 +1,7 @@
-"""A mesh of rectangles of free squares, for :mod:`.polyanya`.
+"""A mesh of rectangles of free squares, for :mod:`.polyanya`: :func:`cover`, :func:`.rectangle_mesh_arrays.mark_corners`,
+:func:`list_sides`, :func:`exits_of`, in this order.
 
-Corners, at even points, have one byte each in ``corner``:
+Corners, at even points, have one byte each in ``corner`` (:mod:`.corner_flags`):
 
 * ``TURN``: exactly one of the four squares is blocked; a path may turn around it. ``TOWARDS_X`` and ``TOWARDS_Y`` say
   on which side it lies (set: that of greater coordinates).
@@ -11,13 +12,25 @@ Corners, at even points, have one byte each in ``corner``:
 from __future__ import annotations
 
 from lampyris.kernels._jit import kernel, stopped, u64
-
-TURN, PORT, LINE_X, LINE_Y, TOWARDS_X, TOWARDS_Y = 1, 2, 4, 8, 16, 32
+from lampyris.kernels.map_models import rectangle_mesh_arrays as arrays
+from lampyris.kernels.map_models.corner_flags import PORT
 
 
 @kernel(out=("owner", "rects"))
-def _cover(square, stride, height, owner, rects, halt):
-    """Cover the free squares; how many rectangles it takes."""
+def cover(square, stride, owner, rects, halt):
+    """Cover the free squares with rectangles; how many it takes.
+
+    From the first square that is not covered, in rows, the larger of two rectangles is taken: as wide as possible
+    and then as high, or as high as possible and then as wide.
+
+    Parameters
+    ----------
+    square : uint8 (n,), 1 where a square is free; blocked around.
+    stride : squares in a row.
+    owner : int32 (n,), -1 before; the rectangle of each square.
+    rects : int32 (4 k,); left, top, right, bottom of each rectangle, lattice.
+    """
+    height = len(square) // stride
     count = 0
     for r in range(1, height - 1):
         if stopped(halt):
@@ -72,104 +85,25 @@ def _cover(square, stride, height, owner, rects, halt):
     return count
 
 
-@kernel(out=("corner",))
-def _mark_corners(square, centre, stride, height, passing, corner):
-    """Find the corners at which paths may turn, and the ports."""
-    n = len(square)
-    lines = len(centre) > 1
-    for r in range(1, height):
-        for c in range(1, stride):
-            at = r * stride + c
-            a = square[u64(at - stride - 1)]
-            b = square[u64(at - stride)]
-            e = square[u64(at - 1)]
-            d = square[u64(at)]
-            flags = 0
-            free = a + b + e + d
-            if free == 3:
-                flags = TURN
-                if b == 0 or d == 0:
-                    flags |= TOWARDS_X
-                if e == 0 or d == 0:
-                    flags |= TOWARDS_Y
-            elif free == 2 and a == d and passing != 0:
-                flags = PORT
-            if lines and centre[u64(at)] != 0:
-                thin = 0
-                if centre[u64(at + 1)] != 0 and b == 0 and d == 0:
-                    flags |= LINE_X
-                    thin = 1
-                if at + stride < n and centre[u64(at + stride)] != 0 and e == 0 and d == 0:
-                    flags |= LINE_Y
-                    thin = 1
-                if centre[u64(at - 1)] != 0 and a == 0 and e == 0:
-                    thin = 1
-                if centre[u64(at - stride)] != 0 and a == 0 and b == 0:
-                    thin = 1
-                if thin != 0:
-                    flags |= PORT
-            if flags & PORT:
-                flags &= ~TURN
-            corner[u64(at)] = flags
-
-
-@kernel(
-    out=("owner", "corner", "rects", "first", "sides", "port_first", "ports", "out", "doors_of", "result"),
-    each=800,
-)
-def rectangles(
-    square,
-    centre,
-    stride,
-    passing,
-    fill,
-    owner,
-    corner,
-    rects,
-    first,
-    sides,
-    port_first,
-    ports,
-    out,
-    doors_of,
-    result,
-    halt,
-):
-    """Cover the free squares with rectangles, and list the sides that two of them share.
-
-    From the first square that is not covered, in rows, the larger of two rectangles is taken: as wide as possible
-    and then as high, or as high as possible and then as wide.
+@kernel(out=("first", "sides", "port_first", "ports"), of="owner", each=60, arrays=arrays.list_sides)
+def list_sides(corner, stride, owner, rects, first, sides, port_first, ports, halt):
+    """List the sides that two rectangles share, and the ports on each; how many of both is counted before.
 
     Parameters
     ----------
-    square : uint8 (n,), 1 where a square is free; blocked around.
-    centre : uint8 (n,) or (1,): corners that may be passed along lines; one 0 where there are no such lines.
-    stride : squares in a row.
-    passing : 1 where a path may run between two blocked squares that share a corner.
-    fill : 0 to make ``owner``, ``corner`` and ``rects`` and count the others, 1 to make the others.
-    owner : int32 (n,), -1 before; the rectangle of each square.
-    corner : uint8 (n,), see above.
-    rects : int32 (4 k,); left, top, right, bottom of each rectangle, lattice.
+    corner, stride, owner, rects : see :func:`.rectangle_mesh_arrays.mark_corners` and :func:`cover`.
     first, sides : int32 (k + 1,) and (5 m,): from where on the sides of a rectangle are; right and left end as
         seen from within (x and y of each), and the rectangle behind it.
     port_first, ports : int32 (k + 1,) and (p,): likewise, the flat indices of ports on a rectangle.
-    out : int32 (k,): of a rectangle in a dead end the next rectangle on the only path that leaves it; else -1.
-    doors_of : int32 (k,); scratch.
-    result : int64 (3,): rectangles, sides, ports.
     """
-    n = len(square)
-    height = n // stride
-    if fill == 0:
-        result[0] = _cover(square, stride, height, owner, rects, halt)
-        _mark_corners(square, centre, stride, height, passing, corner)
+    count = len(first) - 1
     many = 0
     doors = 0
-    for p in range(result[0]):
+    for p in range(count):
         if p % 64 == 0 and stopped(halt):
             return
-        if fill != 0:
-            first[u64(p)] = many
-            port_first[u64(p)] = doors
+        first[u64(p)] = many
+        port_first[u64(p)] = doors
         left = rects[u64(4 * p)] >> 1
         top = rects[u64(4 * p + 1)] >> 1
         right = rects[u64(4 * p + 2)] >> 1
@@ -189,44 +123,49 @@ def rectangles(
             before = -1
             for k in range(length):
                 if corner[u64((y + k * uy) * stride + x + k * ux)] & PORT:
-                    if fill != 0:
-                        ports[u64(doors)] = (y + k * uy) * stride + x + k * ux
+                    ports[u64(doors)] = (y + k * uy) * stride + x + k * ux
                     doors += 1
                 q = owner[u64((oy + k * uy) * stride + ox + k * ux)] + 0
                 if q >= 0:
                     if q != before:
                         many += 1
-                        if fill != 0:
-                            sides[u64(5 * many - 5)] = 2 * (x + k * ux)
-                            sides[u64(5 * many - 4)] = 2 * (y + k * uy)
-                            sides[u64(5 * many - 1)] = q
-                    if fill != 0:
-                        sides[u64(5 * many - 3)] = 2 * (x + (k + 1) * ux)
-                        sides[u64(5 * many - 2)] = 2 * (y + (k + 1) * uy)
+                        sides[u64(5 * many - 5)] = 2 * (x + k * ux)
+                        sides[u64(5 * many - 4)] = 2 * (y + k * uy)
+                        sides[u64(5 * many - 1)] = q
+                    sides[u64(5 * many - 3)] = 2 * (x + (k + 1) * ux)
+                    sides[u64(5 * many - 2)] = 2 * (y + (k + 1) * uy)
                 before = q
-    if fill != 0:
-        first[u64(result[0])] = many
-        port_first[u64(result[0])] = doors
-        # Rectangles without ports that are left by a single side are dead ends, and so are those that then are.
-        for p in range(result[0]):
-            out[u64(p)] = -1
-            doors_of[u64(p)] = first[u64(p + 1)] - first[u64(p)]
-        for start in range(result[0]):
-            p = start
-            while (
-                p >= 0
-                and out[u64(p)] < 0
-                and doors_of[u64(p)] == 1
-                and port_first[u64(p + 1)] == port_first[u64(p)]
-            ):
-                q = -1
-                for k in range(first[u64(p)], first[u64(p + 1)]):
-                    behind = int(sides[u64(5 * k + 4)])
-                    if out[u64(behind)] < 0:
-                        q = behind
-                if q >= 0:
-                    out[u64(p)] = q
-                    doors_of[u64(q)] = doors_of[u64(q)] - 1
-                p = q
-    result[1] = many
-    result[2] = doors
+    first[u64(count)] = many
+    port_first[u64(count)] = doors
+
+
+@kernel(out=("out", "doors_of"), of="out")
+def exits_of(single, first, sides, port_first, out, doors_of, halt):
+    """Rectangles without ports that are left by a single side are dead ends, and so are those that then are.
+
+    Parameters
+    ----------
+    single : int32 (s,): the rectangles with a single side and no ports, rising.
+    first, sides, port_first : see :func:`list_sides`.
+    out : int32 (k,), -1 before: of a rectangle in a dead end the next rectangle on the only path that leaves it.
+    doors_of : int32 (k,): how many sides each rectangle has; scratch.
+    """
+    for i in range(len(single)):
+        if i % 64 == 0 and stopped(halt):
+            return
+        p = int(single[u64(i)])
+        while (
+            p >= 0
+            and out[u64(p)] < 0
+            and doors_of[u64(p)] == 1
+            and port_first[u64(p + 1)] == port_first[u64(p)]
+        ):
+            q = -1
+            for k in range(first[u64(p)], first[u64(p + 1)]):
+                behind = int(sides[u64(5 * k + 4)])
+                if out[u64(behind)] < 0:
+                    q = behind
+            if q >= 0:
+                out[u64(p)] = q
+                doors_of[u64(q)] = doors_of[u64(q)] - 1
+            p = q

@@ -23,9 +23,9 @@ from lampyris.kernels.sampling.draws import (
     SAMPLES,
     STRIDE,
     WIDE,
-    drawn,
     drawn_cell,
     length,
+    next_draw,
 )
 from lampyris.kernels.sampling.growth import DONE, DRAWN, LINES, NODES, REACHED, SAMPLED, STOPPED
 from lampyris.kernels.sampling.lines import line_free
@@ -126,8 +126,7 @@ def search_batch(
                 file_node(bucket, link, wide, base, x, y, n)
                 many = dearer(bucket, link, wide, high, base, node_x, node_y, cost, x, y, radius, -inf, near)
             else:
-                pick = (drawn(key, count[DRAWN]) * count[JOINED]) >> 32
-                count[DRAWN] += 1
+                pick = (next_draw(key, count, DRAWN) * count[JOINED]) >> 32
                 near[u64(0)] = tree[u64(pick)]
                 many = 1
             rest = length(x, y, gx, gy)

@@ -53,6 +53,14 @@ def drawn(key, number):
     return _mixed(_mixed(number & MASK) ^ key)
 
 
+@kernel(out=("count",), inline=True)
+def next_draw(key, count, at):
+    """The draw whose number is ``count[at]``, which then is the next."""
+    number = count[u64(at)] + 0
+    count[u64(at)] = number + 1
+    return drawn(key, number)
+
+
 @kernel()
 def length(ax, ay, bx, by):
     """Distance between two cells."""
@@ -63,9 +71,8 @@ def length(ax, ay, bx, by):
 def _drawn_beside(free, trail, whole, count, at):
     """A random cell near a random one of the best path, flat; -1: it is not free."""
     stride = whole[STRIDE]
-    first = drawn(whole[KEY], count[at])
-    second = drawn(whole[KEY], count[at] + 1)
-    count[at] += 2
+    first = next_draw(whole[KEY], count, at)
+    second = next_draw(whole[KEY], count, at)
     cell = int(trail[u64((first * len(trail)) >> 32)])
     far = 1 << (second >> 30)
     y = cell // stride
@@ -102,15 +109,12 @@ def drawn_cell(free, cells, narrow, trail, whole, best, count, at):
     start = whole[START]
     goal = whole[GOAL]
     if whole[NEAR] > 0 and len(trail) > 0:
-        bits = drawn(key, count[at])
-        count[at] += 1
+        bits = next_draw(key, count, at)
         if bits < whole[NEAR]:
             return _drawn_beside(free, trail, whole, count, at)
-    bits = drawn(key, count[at])
-    count[at] += 1
+    bits = next_draw(key, count, at)
     if bits < whole[NARROW] and len(narrow) > 0:
-        bits = drawn(key, count[at])
-        count[at] += 1
+        bits = next_draw(key, count, at)
         cell = int(narrow[u64((bits * len(narrow)) >> 32)])
         if best < 0.0:
             return cell
@@ -121,8 +125,7 @@ def drawn_cell(free, cells, narrow, trail, whole, best, count, at):
         there = length(start - by * stride, by, x, y) + length(x, y, goal - to * stride, to)
         return cell if there < best else -1
     if best < 0.0:
-        bits = drawn(key, count[at])
-        count[at] += 1
+        bits = next_draw(key, count, at)
         return int(cells[u64((bits * len(cells)) >> 32)])
     sy = start // stride
     sx = start - sy * stride
@@ -138,15 +141,13 @@ def drawn_cell(free, cells, narrow, trail, whole, best, count, at):
         uy = (gy - sy) / least
     small = 3.15 * half * side < len(cells)
     for _ in range(TRIES):
-        first = drawn(key, count[at])
+        first = next_draw(key, count, at)
         if not small:
-            count[at] += 1
             cell = int(cells[u64((first * len(cells)) >> 32)])
             y = cell // stride
             x = cell - y * stride
         else:
-            second = drawn(key, count[at] + 1)
-            count[at] += 2
+            second = next_draw(key, count, at)
             a = first / WHOLE * 2.0 - 1.0
             b = second / WHOLE * 2.0 - 1.0
             if a * a + b * b > 1.0:

@@ -33,9 +33,9 @@ from lampyris.kernels.sampling.draws import (
     START,
     STRIDE,
     WIDE,
-    drawn,
     drawn_cell,
     length,
+    next_draw,
 )
 from lampyris.kernels.sampling.lines import line_free
 from lampyris.kernels.sampling.nearest import nearest, node_at, put_node
@@ -106,8 +106,7 @@ def grow(
         count[SAMPLED] += 1
         reached = count[REACHED]
         best = cost[u64(reached)] if reached >= 0 else -1.0
-        bits = drawn(key, count[DRAWN])
-        count[DRAWN] += 1
+        bits = next_draw(key, count, DRAWN)
         target = goal
         if bits >= whole[BIAS] or reached >= 0:
             informed = best if whole[INFORMED] != 0 else -1.0
@@ -150,8 +149,7 @@ def grow(
             many = around(
                 bucket, link, wide, high, base, node_x, node_y, x, y, min(radius[u64(k)], step), near
             )
-            other = (drawn(key, count[DRAWN]) * nodes) >> 32
-            count[DRAWN] += 1
+            other = (next_draw(key, count, DRAWN) * nodes) >> 32
             for i in range(many + 1):
                 o = near[u64(i)] if i < many else other
                 offered = cost[u64(o)] + length(node_x[u64(o)], node_y[u64(o)], x, y)

@@ -144,7 +144,7 @@ def costs_along(
     cells : int32, (n, 2); x and y.
     """
     free, terrain, goal = checked(free, terrain, moves, goal, RHO, GAMMA)
-    frame, (_, cost, _), _ = fill(free, terrain, moves, goal, (0.0, 0.0, 1.0), last="cost")
+    frame, (_, cost, _), _ = fill(free, terrain, moves, goal, (0.0, 0.0, 1.0), last="cost", once=True)
     inside = frame.inside(cost)
     found: NDArray[Any] = inside[cells[:, 1], cells[:, 0]]
     return found
@@ -198,6 +198,7 @@ def fill(
     into: tuple[BorderedMap, Maps] | None = None,
     sparing: bool | None = None,
     last: LastMap = "luciferin",
+    once: bool = False,
 ) -> tuple[BorderedMap, Maps, int]:
     """The three maps of a field, the frame they lie in, and how many cells were settled.
 
@@ -207,10 +208,11 @@ def fill(
     shares : 1 - rho, gamma, unit.
     into : a frame and maps of it to be written over, for the same map size and moves.
     sparing, last : see :class:`lampyris.planning.field.waves.Wave`.
+    once : this process is not likely to fill another; how many were settled is then of no use.
     """
     frame = into[0] if into else BorderedMap(free, moves, terrain=terrain is not None)
     maps = into[1] if into else _maps(frame)
-    count = _fill(frame, maps, free, terrain, moves, goal, stop, shares, sparing, last)
+    count = _fill(frame, maps, free, terrain, moves, goal, stop, shares, sparing, last, once)
     if count == 0 and free[goal[1], goal[0]]:
         frame = BorderedMap(free, moves, terrain=True, wide=True)
         maps = _maps(frame)
@@ -236,6 +238,7 @@ def _fill(
     shares: tuple[float, float, float],
     sparing: bool | None,
     last: LastMap,
+    once: bool = False,
 ) -> int:
     """How many cells settled; 0 if costs outgrow the frame."""
     luciferin, cost, step = maps
@@ -251,6 +254,8 @@ def _fill(
     if stop is not None and 0 <= stop[0] < width and 0 <= stop[1] < height and free[stop[1], stop[0]]:
         until = frame.index(stop)
     wave = Wave(frame, free, moves, frame.index(goal), until, cost, step, luciferin, shares, sparing, last)
+    if once and terrain is None and wave.run_costs_alone():
+        return 1
     return wave.run() if terrain is None else wave.run_over(terrain)
 
 

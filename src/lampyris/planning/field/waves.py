@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from lampyris.errors import SettingError
 from lampyris.kernels.field import bucket_wavefront, descent, wavefront, weighted_descent, weighted_wavefront
+from lampyris.kernels.field.costs_alone import costs_alone
 from lampyris.model.grid import TERRAIN_UNIT
 from lampyris.model.moves import MOVES, Moves
 from lampyris.planning.field.frame import AHEAD, SCRATCH, SPARING, WEIGHS_MOST, BorderedMap, Wanted
@@ -22,6 +23,9 @@ _BY_HEADS = {
     (MOVES[name].offsets, MOVES[name].corner_cutting)
     for name in ("four-connected", "dissertation", "sixteen-connected")
 }
+
+ALONE = 2**20
+"""Cells in a frame up to which costs that are wanted once are filled by the kernel that is compiled sooner."""
 
 LastMap = Literal["cost", "step", "luciferin"]
 """The last map of a field that is filled: costs; steps (parents) too; luciferin too."""
@@ -164,6 +168,24 @@ class Wave:
         self._parents8(a, b, guard, self._limit)
         self._glow(order, count)
         return int(count)
+
+    def run_costs_alone(self) -> bool:
+        """Fill the costs alone, over plain ground, where that has to be compiled or loaded and takes less time so; whether it
+        is done."""
+        frame = self.frame
+        if frame.size > ALONE or self.stop or not (self._two_prices and self._mirrored):
+            return False
+        if wavefront.windows.is_loaded or not wavefront.windows.pays(self.cost):
+            return False
+        self.cost.fill(-1)
+        pad = frame.pad
+        inside = self.cost.reshape(frame.rows, frame.width)[pad : frame.rows - pad, pad : frame.width - pad]
+        np.copyto(inside, frame.never, where=self.free)
+        columns = (*frame.table(self.moves), np.array(self.moves.costs, dtype=np.int64))
+        queue, waits = self._lists((frame.size, np.uint32), (frame.size, np.uint8))
+        waits.fill(0)
+        costs_alone(self.cost, queue, waits, np.stack(columns, axis=1).ravel(), self.goal)
+        return True
 
     def _ripple(self) -> int:
         frame, n, costs = self.frame, self.frame.size, self.moves.costs

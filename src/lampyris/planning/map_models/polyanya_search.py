@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from lampyris.kernels import loading
 from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE
+from lampyris.kernels.map_models.corner_flags import TOWARDS_X, TOWARDS_Y, TURN
 from lampyris.kernels.map_models.polyanya import FIELDS, FOUND, FULL, polyanya, walk_along
-from lampyris.kernels.map_models.rectangle_mesh import TOWARDS_X, TOWARDS_Y, TURN, rectangles
+from lampyris.kernels.map_models.rectangle_mesh import cover, exits_of, list_sides
+from lampyris.kernels.map_models.rectangle_mesh_arrays import count_ports, count_sides, mark_corners
 from lampyris.model.moves import Moves
 from lampyris.model.plan import MapModel
 from lampyris.planning.graph.any_angle_search import AnyAngleSearch
@@ -66,22 +68,23 @@ class Mesh:
         else:
             square[1 : height + 1, 1 : width + 1] = free
         self.square, self.stride = square.ravel(), shape[1]
-        n = square.size
-        self.owner = np.full(n, -1, dtype=np.int32)
-        self.corner = np.zeros(n, dtype=np.uint8)
+        self.owner = np.full(square.size, -1, dtype=np.int32)
         rects = np.empty(4 * int(np.count_nonzero(square)), dtype=np.int32)
-        none = np.zeros(1, dtype=np.int32)
-        count = np.zeros(3, dtype=np.int64)
-        rule_of = (self.square, centre, self.stride, int(rule != TOUCH))
-        rectangles(*rule_of, 0, self.owner, self.corner, rects, *(none,) * 6, count)
-        many, sides, ports = count.tolist()
+        many = int(cover(self.square, self.stride, self.owner, rects))
         self.rects = rects[: 4 * many].copy()
+        self.corner = mark_corners(self.square, centre, self.stride, rule != TOUCH)
+        sides = count_sides(self.owner, self.stride)
+        ports = count_ports(self.corner, self.owner, self.stride)
         self.first, self.port_first = (np.zeros(many + 1, dtype=np.int32) for _ in range(2))
         self.sides = np.zeros(max(5 * sides, 1), dtype=np.int32)
         self.ports = np.zeros(max(ports, 1), dtype=np.int32)
-        self.out, self.open_to, doors_of = (np.zeros(max(many, 1), dtype=np.int32) for _ in range(3))
-        made = (self.first, self.sides, self.port_first, self.ports, self.out, doors_of)
-        rectangles(*rule_of, 1, self.owner, self.corner, self.rects, *made, count)
+        mesh = (self.corner, self.stride, self.owner, self.rects)
+        list_sides(*mesh, self.first, self.sides, self.port_first, self.ports)
+        self.out = np.full(max(many, 1), -1, dtype=np.int32)
+        self.open_to = np.zeros(max(many, 1), dtype=np.int32)
+        doors_of = np.diff(self.first)
+        single = np.flatnonzero((doors_of == 1) & (np.diff(self.port_first) == 0)).astype(np.int32)
+        exits_of(single, self.first, self.sides, self.port_first, self.out, doors_of)
 
 
 class PolyanyaSearch:
