@@ -43,6 +43,8 @@ NEAR = (1.02, 1.1, 1.4, NEVER)
 of sight are followed."""
 MANY = 10_000
 """Corners from which on it is asked whether there is a path at all before all of them are searched."""
+LONGEST = 8.0
+"""Half squares for each square of the map: more than a path through all of them is long."""
 SHARE, MORE = 0.5, 0.4
 """Paths between centres are looked for first that are longer than the optimum in the plane by this share of what turning at cells
 costs it, and half cells more. Where there is none twice as much is allowed, and so on."""
@@ -151,7 +153,7 @@ class _Query:
             return self._result(self._unwound(tree), tree)
         least = float(tree.g[TARGET])
         bound = least + SHARE * (self._snapped(tree) - least) + MORE
-        while True:
+        while bound < LONGEST * len(self._corners.square):
             if bound > reach:
                 tree.forget()
                 reach = bound
@@ -166,6 +168,7 @@ class _Query:
                 return self._result(np.stack((x, y), axis=1) - np.int32(1), tree)
             bound = least + 2.0 * (bound - least)
             tree.rest = _straight(self._corners)
+        raise AssertionError("where there is a path in the plane there is one between cell centres")
 
     def _may_be_joined(self) -> bool:
         """Whether there may be a path; where looking at all corners takes long, whether there is one."""
