@@ -14,19 +14,64 @@ from lampyris.planning.graph.grid_graph import PaddedMap, SearchResult, check_li
 from lampyris.typing import BoolGrid, ByteGrid, Cell, Cells
 
 
-class AnyAngleSearch:
-    """The arrays of one map, searched as often as one likes.
+class AnyAngleMap:
+    """Straight lines between cell centres on one map, and walks along them.
 
     ``rule`` says what its lines of sight need: CUT, TOUCH or WIDE.
+
+    Memory: 1 byte a cell.
+
+    Parameters
+    ----------
+    free : bool (height, width); where the robot may be.
+    moves : the step set.
+    wide : whether the robot has a size, so that lines need room on either side.
+
+    Raises
+    ------
+    LimitError : more cells, or costlier steps, than exact costs have room for.
+    """
+
+    def __init__(self, free: BoolGrid, moves: Moves, *, wide: bool) -> None:
+        check_limits(free, moves)
+        self._board = PaddedMap(free.shape, moves.reach)
+        slanting = any(dx and dy for dx, dy in moves.offsets)
+        cutting = slanting and moves.corner_cutting
+        self.rule = WIDE if wide else CUT if cutting else TOUCH
+        self._diagonals = 2 if cutting else int(slanting)
+        self.lay(free)
+
+    def lay(self, free: BoolGrid) -> None:
+        """Take other free cells of the same shape."""
+        self._board.lay(free, self._board.free)
+
+    def along(self, points: Cells, closed: Iterable[Cell] = ()) -> tuple[Cells, Cells]:
+        """The walk along lines of sight between cells, start first, and the cells at which the lines turn."""
+        board = self._board
+        chain = np.array([board.flat((int(x), int(y))) for x, y in points[::-1].tolist()], dtype=np.int32)
+        with board.closing(closed):
+            walk = board.cells(self._walk(chain)[::-1])
+        return walk, _turns(points)
+
+    def _walk(self, chain: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Flat cells, start first, along the lines of a chain, goal first."""
+        board = self._board
+        y, x = np.divmod(chain[::-1].astype(np.int64), board.stride)
+        room = 1 + int(np.abs(np.diff(x)).sum() + np.abs(np.diff(y)).sum())
+        path = np.empty(room, dtype=np.int32)
+        count = int(follow(board.free, board.stride, x, y, self._diagonals, path))
+        return path[:count]
+
+
+class AnyAngleSearch(AnyAngleMap):
+    """The arrays of one map, searched as often as one likes.
 
     Memory: 45 bytes a cell.
 
     Parameters
     ----------
-    free : bool (height, width); where the robot may be.
+    free, moves, wide : see :class:`AnyAngleMap`; the moves are weighed where there is terrain.
     terrain : uint8 (height, width), or None.
-    moves : the step set; weighed where there is terrain.
-    wide : whether the robot has a size, so that lines need room on either side.
     lazy : 0 to look along lines at once, 1 when their ends are expanded, 2 to put those ends back that
         are not seen; see :func:`lampyris.kernels.graph.any_angle.theta`.
 
@@ -38,16 +83,10 @@ class AnyAngleSearch:
     def __init__(
         self, free: BoolGrid, terrain: ByteGrid | None, moves: Moves, *, wide: bool, lazy: int
     ) -> None:
-        check_limits(free, moves)
-        self._board = PaddedMap(free.shape, moves.reach)
+        super().__init__(free, moves, wide=wide)
         n = self._board.size
-        rules = rules_of(moves, informed=False)
-        self._steps = self._board.steps(rules)
-        slanting = any(dx and dy for dx, dy in moves.offsets)
-        cutting = slanting and moves.corner_cutting
-        self.rule = WIDE if wide else CUT if cutting else TOUCH
+        self._steps = self._board.steps(rules_of(moves, informed=False))
         self._lazy = lazy
-        self._diagonals = 2 if cutting else int(slanting)
         self._even = terrain is None
         self._weight = np.zeros(1 if terrain is None else n, dtype=np.uint8)
         self._heap = np.zeros(n + 1, dtype=np.int32)
@@ -58,13 +97,14 @@ class AnyAngleSearch:
         self._chain = np.empty(n, dtype=np.int32)
         self._result = np.zeros(3, dtype=np.int64)
         self._runs = 0
-        self.take(free, terrain)
+        if terrain is not None:
+            self._board.lay(terrain, self._weight)
 
     def take(self, free: BoolGrid, terrain: ByteGrid | None) -> bool:
         """Take a new ground of the same shape; False, and nothing done, if terrain has come or gone."""
         if (terrain is None) != self._even:
             return False
-        self._board.lay(free, self._board.free)
+        self.lay(free)
         if terrain is not None:
             self._board.lay(terrain, self._weight)
         return True
@@ -105,23 +145,6 @@ class AnyAngleSearch:
         theta.run_plain(*ground, *ends, *self._steps, self.rule, self._lazy, *scratch, seen, *kept)
         # The goal is marked as well when it is taken, but not expanded.
         return board.cells(seen.order()[: int(result[1])][::-1].astype(np.int32))
-
-    def along(self, points: Cells, closed: Iterable[Cell] = ()) -> tuple[Cells, Cells]:
-        """The walk along lines of sight between cells, start first, and the cells at which the lines turn."""
-        board = self._board
-        chain = np.array([board.flat((int(x), int(y))) for x, y in points[::-1].tolist()], dtype=np.int32)
-        with board.closing(closed):
-            walk = board.cells(self._walk(chain)[::-1])
-        return walk, _turns(points)
-
-    def _walk(self, chain: NDArray[np.int32]) -> NDArray[np.int32]:
-        """Flat cells, start first, along the lines of a chain, goal first."""
-        board = self._board
-        y, x = np.divmod(chain[::-1].astype(np.int64), board.stride)
-        room = 1 + int(np.abs(np.diff(x)).sum() + np.abs(np.diff(y)).sum())
-        path = np.empty(room, dtype=np.int32)
-        count = int(follow(board.free, board.stride, x, y, self._diagonals, path))
-        return path[:count]
 
 
 def _turns(points: NDArray[np.int32]) -> NDArray[np.int32]:

@@ -25,12 +25,11 @@ class VisibilityGraph:
     * *In the plane* a path turns at corners of blocked cells. Its length is ``Plan.map_model.bound``: no path of
       straight lines, whatever its turning points, is shorter. (Where corners may not be touched it is the limit of
       legal paths and not one of them.) It is found on the graph of convex corners, visibility looked up only from
-      corners that are expanded.
+      corners that are expanded, and only where a shortest path can go on around the blocked cell.
     * *Between cell centres*, where Theta* and this planner turn. The shortest such path need not turn beside a
       wall: between two shelves the best turning point may be a cell in the open. So the corners are not enough,
-      and all cells count through which some path in the plane runs that is no longer than Theta*'s. They are
-      exactly the cells where a better path can turn; A* over them, led by the exact distance in the plane, gives
-      ``Plan.waypoints``.
+      and all cells count through which some path in the plane runs that is no longer than a bound. A* over them, led
+      by the exact distance in the plane, gives ``Plan.waypoints``; where the bound proves too low it is raised.
 
     For a robot with a radius the corners of what its lines must keep to are themselves cell centres, and the two
     optima are one. Lines of sight, corner rule and the room for a robot with a radius are those of ``theta-star``

@@ -14,8 +14,8 @@ from lampyris.kernels.sampling.buckets import BITS
 from lampyris.kernels.sampling.lines import line_free
 from lampyris.kernels.sampling.shorten import lay, shorten
 from lampyris.model.moves import Moves
+from lampyris.planning.field.connected import are_connected
 from lampyris.planning.graph.grid_graph import PaddedMap, check_limits
-from lampyris.planning.sampling.connected import are_connected
 from lampyris.typing import BoolGrid, Cell, Cells, Floats
 
 Chain = NDArray[np.int32]
