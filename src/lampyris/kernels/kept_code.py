@@ -139,7 +139,7 @@ def is_kept(name: str, edition: str) -> bool:
 @cache
 def _files(folder: Path) -> tuple[str, ...]:
     with suppress(OSError):
-        return tuple(name for name in os.listdir(folder) if name.endswith(SUFFIX))
+        return tuple(name for name in sorted(os.listdir(folder)) if name.endswith(SUFFIX))
     return ()
 
 

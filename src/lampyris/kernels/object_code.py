@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import json
-import secrets
+import os
 import struct
 import sys
 import threading
@@ -120,7 +120,7 @@ def _link(said: dict[str, Any], code: bytes) -> Version | None:
     # Numba's machine code asks for the object that holds its constants. Kernels have none, so that any object will do.
     constants = object()
     place = engine.get_global_value_address(said["constants"])
-    ctypes.c_void_p.from_address(place).value = id(constants)
+    ctypes.py_object.from_address(place).value = constants
     address = engine.get_function_address(said["function"])
     method = _Method(said["kernel"].encode(), address, _WITH_KEYWORDS, None)
     make = ctypes.pythonapi.PyCFunction_NewEx
@@ -233,7 +233,7 @@ def _object_code(dispatcher: Any, made: Any, given: tuple[Any, ...]) -> bytes:
 def _write(name: str, content: bytes) -> None:
     """Write a file, whole or not at all, to the first folder that takes it."""
     for folder in folders():
-        part = folder / f"{name}.{secrets.token_hex(4)}.part"
+        part = folder / f"{name}.{os.getpid()}-{threading.get_ident()}.part"
         try:
             folder.mkdir(parents=True, exist_ok=True)
             part.write_bytes(content)
