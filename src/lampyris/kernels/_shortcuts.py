@@ -141,7 +141,7 @@ def _classes(whole: Callable[[Any, Any], Any], types: Any) -> Callable[[Any, Any
     def resolve_value_type(self: Any, val: Any) -> Any:
         if not _ours.depth or not isinstance(val, (type, BuiltinFunctionType)):
             return whole(self, val)
-        found = known.get(val) if isinstance(val, type) else None  # type: ignore[arg-type]
+        found = known.get(val) if isinstance(val, type) else None
         if found is None and val.__module__ in OWN:
             found = self._get_global_type(val)
         if found is None:

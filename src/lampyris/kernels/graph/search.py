@@ -35,6 +35,18 @@ SPAN = 2**51
 """More than any f of a map: 2^24 cells times sqrt 2 in Pell units is below 2^50, and h at most doubles it."""
 
 
+@kernel(inline=True)
+def _least_to(x, y, gx, gy, major0, minor0, major1, minor1):
+    """The heuristic of a cell; see ``slope`` of :func:`search`."""
+    a = abs(x - gx)
+    b = abs(y - gy)
+    high = a if a > b else b
+    low = b if a > b else a
+    one = major0 * high + minor0 * low
+    other = major1 * high + minor1 * low
+    return one if one > other else other
+
+
 @kernel(out=("after", "f", "result"), each=1500)
 def search(
     free, stride, start, goal, budget, base,
@@ -79,11 +91,7 @@ def search(
     rows = 1.0 / stride
     gy = goal // stride
     gx = goal - gy * stride
-    a = abs(start % stride - gx)
-    b = abs(start // stride - gy)
-    if a < b:
-        a, b = b, a
-    level = base + max(major0 * a + minor0 * b, major1 * a + minor1 * b)
+    level = base + _least_to(start % stride, start // stride, gx, gy, major0, minor0, major1, minor1)
     unseen = base + SPAN
     f[start] = level
     step[start] = len(offset)
@@ -127,11 +135,7 @@ def search(
         before[u64(right)] = left
         y = int((cell + 0.5) * rows)
         x = cell - y * stride
-        a = abs(x - gx)
-        b = abs(y - gy)
-        if a < b:
-            a, b = b, a
-        paid = level - max(major0 * a + minor0 * b, major1 * a + minor1 * b)
+        paid = level - _least_to(x, y, gx, gy, major0, minor0, major1, minor1)
         for i in range(first[u64(step[u])], first[u64(step[u] + 1)]):
             k = u64(follow[u64(i)])
             v = u + u64(offset[k])
@@ -140,11 +144,7 @@ def search(
                 continue
             if free[u + u64(via[k])] == 0 or free[u + u64(across[k])] == 0:
                 continue
-            a = abs(x + dx[k] - gx)
-            b = abs(y + dy[k] - gy)
-            if a < b:
-                a, b = b, a
-            reached = paid + cost[k] + max(major0 * a + minor0 * b, major1 * a + minor1 * b)
+            reached = paid + cost[k] + _least_to(x + dx[k], y + dy[k], gx, gy, major0, minor0, major1, minor1)
             if f[v] <= reached:
                 continue
             if f[v] < unseen:

@@ -29,7 +29,7 @@ from lampyris.kernels.sampling.draws import (
 )
 from lampyris.kernels.sampling.growth import DONE, DRAWN, LINES, NODES, REACHED, SAMPLED, STOPPED
 from lampyris.kernels.sampling.lines import line_free
-from lampyris.kernels.sampling.tree import EQUAL, cut, hang, settle
+from lampyris.kernels.sampling.tree import EQUAL, cut, hang, length_to, settle
 
 FULL = 3
 LOOK = 64
@@ -99,7 +99,7 @@ def search_batch(
             for k in range(count[JOINED]):
                 v = int(tree[u64(k)])
                 if v != 1 and stale[u64(v)] != 0:
-                    estimate = cost[u64(v)] + length(node_x[u64(v)], node_y[u64(v)], gx, gy)
+                    estimate = cost[u64(v)] + length_to(node_x, node_y, v, gx, gy)
                     _push(vertex_key, vertex, count[VERTICES], estimate, v)
                     count[VERTICES] += 1
         best = cost[u64(1)]
@@ -132,7 +132,7 @@ def search_batch(
             rest = length(x, y, gx, gy)
             for i in range(many):
                 v = int(near[u64(i)])
-                through = cost[u64(v)] + length(node_x[u64(v)], node_y[u64(v)], x, y)
+                through = cost[u64(v)] + length_to(node_x, node_y, v, x, y)
                 if through < cost[u64(n)] - EQUAL and through + rest < best and count[EDGES] < len(edge):
                     _offer(edge_key, edge, count, room, v, n, through + rest)
     turn = 0
@@ -160,9 +160,9 @@ def search_batch(
             many = dearer(bucket, link, wide, high, base, node_x, node_y, cost, x, y, radius, spent, near)
             for i in range(many):
                 n = int(near[u64(i)])
-                through = spent + length(x, y, node_x[u64(n)], node_y[u64(n)])
+                through = spent + length_to(node_x, node_y, n, x, y)
                 if through < cost[u64(n)] - EQUAL:
-                    estimate = through + length(node_x[u64(n)], node_y[u64(n)], gx, gy)
+                    estimate = through + length_to(node_x, node_y, n, gx, gy)
                     if estimate < best:
                         _offer(edge_key, edge, count, room, v, n, estimate)
             continue
@@ -175,7 +175,7 @@ def search_batch(
         n = both - p * room
         x = int(node_x[u64(n)])
         y = int(node_y[u64(n)])
-        through = cost[u64(p)] + length(node_x[u64(p)], node_y[u64(p)], x, y)
+        through = cost[u64(p)] + length_to(node_x, node_y, p, x, y)
         if through >= cost[u64(n)] - EQUAL or through + length(x, y, gx, gy) >= best:
             continue
         if blocked[u64(_slot(blocked, p, n))] == both + 1:
@@ -193,7 +193,7 @@ def search_batch(
                 blocked[u64(_slot(blocked, o, n))] = o * room + n + 1
                 break
             p = o + 0
-            through = cost[u64(p)] + length(node_x[u64(p)], node_y[u64(p)], x, y)
+            through = cost[u64(p)] + length_to(node_x, node_y, p, x, y)
         if parent[u64(n)] < 0:
             tree[u64(count[JOINED])] = n
             count[JOINED] += 1
@@ -207,7 +207,7 @@ def search_batch(
             if o == 1:
                 count[REACHED] = 1
                 continue
-            estimate = cost[u64(o)] + length(node_x[u64(o)], node_y[u64(o)], gx, gy)
+            estimate = cost[u64(o)] + length_to(node_x, node_y, o, gx, gy)
             stale[u64(o)] = 1
             if estimate < best:
                 _push(vertex_key, vertex, count[VERTICES], estimate, o)

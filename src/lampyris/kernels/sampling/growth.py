@@ -39,7 +39,7 @@ from lampyris.kernels.sampling.draws import (
 )
 from lampyris.kernels.sampling.lines import line_free
 from lampyris.kernels.sampling.nearest import nearest, node_at, put_node
-from lampyris.kernels.sampling.tree import EQUAL, cut, hang, settle
+from lampyris.kernels.sampling.tree import EQUAL, cut, hang, length_to, settle
 
 DONE, FOUND, STOPPED = 0, 1, 2
 LOOK = 32
@@ -152,7 +152,7 @@ def grow(
             other = (next_draw(key, count, DRAWN) * nodes) >> 32
             for i in range(many + 1):
                 o = near[u64(i)] if i < many else other
-                offered = cost[u64(o)] + length(node_x[u64(o)], node_y[u64(o)], x, y)
+                offered = cost[u64(o)] + length_to(node_x, node_y, o, x, y)
                 if offered < through - EQUAL:
                     count[LINES] += 1
                     if line_free(free, even, stride, node_x[u64(o)], node_y[u64(o)], x, y, rule):
@@ -166,7 +166,7 @@ def grow(
                 if not line_free(free, even, stride, node_x[u64(o)], node_y[u64(o)], x, y, rule):
                     break
                 p = o + 0
-                through = cost[u64(o)] + length(node_x[u64(o)], node_y[u64(o)], x, y)
+                through = cost[u64(o)] + length_to(node_x, node_y, o, x, y)
         if n < 0:
             n = nodes
             count[NODES] += 1
@@ -185,7 +185,7 @@ def grow(
             settle(node_x, node_y, parent, child, after, cost, changed, n)
         for i in range(many):
             o = int(near[u64(i)])
-            offered = cost[u64(n)] + length(x, y, node_x[u64(o)], node_y[u64(o)])
+            offered = cost[u64(n)] + length_to(node_x, node_y, o, x, y)
             if offered < cost[u64(o)] - EQUAL:
                 count[LINES] += 1
                 if line_free(free, even, stride, x, y, node_x[u64(o)], node_y[u64(o)], rule):

@@ -12,6 +12,12 @@ EQUAL = 1e-9
 """Lengths that differ by less are the same."""
 
 
+@kernel(inline=True)
+def length_to(node_x, node_y, n, x, y):
+    """Distance of node n from a cell."""
+    return length(node_x[u64(n)], node_y[u64(n)], x, y)
+
+
 @kernel(out=("parent", "child", "after", "before"), inline=True)
 def hang(parent, child, after, before, n, p):
     """Make node n, which has no parent, a child of p."""

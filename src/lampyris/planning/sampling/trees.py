@@ -356,7 +356,7 @@ class BatchSearch(SampledSearch):
 
     def _heaps(self, size: int) -> None:
         self._edge_key, self._edge = np.empty(size), np.empty(size, dtype=np.int64)
-        self._vertex_key, self._vertex = np.empty(size), np.empty(size, dtype=np.int32)
+        self._vertex_key, self._vertex = np.empty(size), np.empty(size, dtype=np.int64)
 
     def run(self, samples: int) -> None:
         """See :meth:`SampledSearch.run`."""
