@@ -454,6 +454,7 @@ NO_LIMITS = {
     "_core.defaults.MAX_AGE",
     "_core.defaults.VALUES",
     "_core.noun.MAX_REPR",
+    "planning.map_models.visibility_search.LONGEST",
     "kernels.lattice.search.LIMIT", "kernels.lattice.search.WAITING", "kernels.lattice.low_field.WAITING",
     "kernels.lattice.goal_costs.WAITING", "kernels.lattice.timed_search.LIMIT", "kernels.lattice.timed_search.WAITING",
     "kernels.fleet_motion.execution.LIMIT", "kernels.fleet_motion.execution.V_MAX", "kernels.fleet_motion.execution.A_MAX",
