@@ -84,7 +84,7 @@ def _leave(code: int) -> None:
 
     Taking the interpreter down takes 10 ms of a short call and up to a quarter of a second of others; and where Ctrl-C
     came while some library ran code from a string, Python would end itself by the signal instead, even if the
-    exception was caught. Where processes or other threads were started, or somebody waits for the end of the call
+    exception was caught. Where processes or other threads were started, or something waits for the end of the call
     (:func:`_is_awaited`), all is ended as usual. That multiprocessing is imported says nothing: SciPy imports it for its
     own use, and planners that use SciPy took a fifth of a second to end.
     """
