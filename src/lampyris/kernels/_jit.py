@@ -128,7 +128,7 @@ def on_compile(ear: Callable[[bool], None]) -> None:
     _ears.append(ear)
 
 
-class NoKeptCode(RuntimeWarning):
+class NoMachineCode(RuntimeWarning):
     """numba is installed and cannot be imported: everything works, but in plain Python."""
 
     for_people = True
@@ -160,12 +160,12 @@ def load_numba() -> bool:
 
     try:
         machine.load()
-    except ImportError as error:
+    except (ImportError, OSError) as error:  # OSError: of llvmlite, where its library cannot be loaded
         _without_numba = "numba cannot be imported"
         what = (
             f"numba cannot be imported, so everything runs in plain Python, far slower on large maps: {error}"
         )
-        warnings.warn(NoKeptCode(what), stacklevel=2)
+        warnings.warn(NoMachineCode(what), stacklevel=2)
         return False
     return True
 
