@@ -125,7 +125,8 @@ def _link(said: dict[str, Any], code: bytes) -> Version | None:
     # Numba's machine code asks for the object that holds its constants. Kernels have none, so that any object will do.
     constants = object()
     place = engine.get_global_value_address(said["constants"])
-    ctypes.py_object.from_address(place).value = constants
+    cell: Any = ctypes.py_object.from_address(place)
+    cell.value = constants
     address = engine.get_function_address(said["function"])
     method = _Method(said["kernel"].encode(), address, _WITH_KEYWORDS, None)
     make = ctypes.pythonapi.PyCFunction_NewEx
