@@ -389,6 +389,8 @@ def _studied(moves: str) -> None:
     if scene.moves.reach == 1:
         for planner in ("ad-gso", "sipp"):  # those that answer with their next steps alone
             api.simulate(scene, planner, ticks=12)
+    else:
+        api.simulate(scene, "sipp", ticks=6)  # asked tick by tick
     Replay(scene, 1).upto(10)
 
 
