@@ -155,6 +155,16 @@ LEAST = {
 }  # fmt: skip
 
 
+def test_a_drive_asks_for_one_version_whether_obstacles_walk_at_random_or_not() -> None:
+    """It is the kernel that takes longest to compile."""
+    walls = np.zeros((12, 12), dtype=bool)
+    with _jit.recorded() as asked:
+        for traffic in ((), (RandomWalk(1),)):
+            scene = Scene(Grid(walls), (0, 0), (11, 11), traffic=traffic)
+            api.drive(scene, "astar", seed=1, time_limit=1.0)
+    assert len([k for k, _ in asked if k.full_name == "lampyris.kernels.simulation.drive.advance"]) == 1
+
+
 @pytest.mark.nightly
 @pytest.mark.parametrize("what", some(sorted(WORK, key=LONG.__contains__), len(WORK) - len(LONG)))
 def test_work_asks_for_nothing_else(what: str, ready: set[Any]) -> None:

@@ -121,7 +121,8 @@ def warm(progress: Progress | None = None, workers: int = 1, *, rare: bool = Tru
     if progress:
         progress(len(asked), len(asked), "")
     folders |= dict.fromkeys(folder for folder in kept_code.folders() if folder.is_dir())
-    for file in [file for folder in folders for file in _kept(folder)]:
+    unfinished = f"*{kept_code.SUFFIX}.*.part"  # of a process that ended meanwhile
+    for file in [file for folder in folders for file in (*_kept(folder), *folder.glob(unfinished))]:
         if _machine.edition() not in file.name:
             file.unlink(missing_ok=True)
     size = sum(file.stat().st_size for folder in folders for file in _kept(folder))
@@ -388,6 +389,8 @@ def _studied(moves: str) -> None:
     if scene.moves.reach == 1:
         for planner in ("ad-gso", "sipp"):  # those that answer with their next steps alone
             api.simulate(scene, planner, ticks=12)
+    else:
+        api.simulate(scene, "sipp", ticks=6)  # asked tick by tick
     Replay(scene, 1).upto(10)
 
 

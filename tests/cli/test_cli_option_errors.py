@@ -286,7 +286,7 @@ def test_what_every_run_of_a_comparison_refuses_names_the_option() -> None:
 )
 @pytest.mark.skipif(sys.platform != "linux", reason="/dev/full")
 def test_streams_that_are_closed_or_full(tmp_path: Path, shell: str, code: int) -> None:
-    call = f'"{sys.executable}" -c "{MAIN}" {shell}'
+    call = f'"{sys.executable}" -c "from lampyris.cli import program; program()" {shell}'
     done = subprocess.run(["sh", "-c", call], capture_output=True, cwd=tmp_path, check=False, timeout=120)
     assert done.returncode == code, done.stderr
     assert b"Traceback" not in done.stderr

@@ -17,6 +17,7 @@ import pytest
 
 from lampyris.kernels import _jit, kept_code, object_code
 from lampyris.kernels.motion.speed_passes import clock
+from lampyris.study.execution.pool import ENVIRONMENT
 
 needs_linux = pytest.mark.skipif(not kept_code.usable(), reason="machine code is not kept here")
 
@@ -308,3 +309,80 @@ def test_callers_kernels_are_not_kept() -> None:
 
     assert not own.is_ours
     assert clock.is_ours
+
+
+@needs_linux
+@pytest.mark.parametrize("name", kept_code.NEUTRAL[1:])
+def test_variables_that_change_no_machine_code(name: str, made: Path) -> None:
+    """Workers of studies are started with a number of threads."""
+    value = {"NUMBA_NUM_THREADS": "1"}.get(name, "workqueue")
+    assert run(made, **{name: value}) == [[0, 1, 3, 6], False, "KeptCode"]
+
+
+def test_workers_of_studies_run_kept_code() -> None:
+    names = {name for name in ENVIRONMENT if name.startswith("NUMBA_")}
+    assert names <= set(kept_code.NEUTRAL)
+
+
+@needs_linux
+def test_each_kind_of_processor_has_its_own_file(made: Path) -> None:
+    (file,) = files(made)
+    found = object_code.read(file)
+    assert found is not None
+    said, _ = found
+    name, edition, _ = file.name.split("-")
+    here, there = (object_code.file_name(name, edition, said["types"], p) for p in (said["processor"], "z80"))
+    assert file.name == here != there
+
+
+def test_no_machine_code_in_the_working_directory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever can write there would decide what runs."""
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", "here")
+    assert all(folder.is_absolute() for folder in kept_code.folders())
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setattr("os.path.expanduser", lambda path: path)  # as where the user is unknown
+    assert all(folder.is_absolute() for folder in kept_code.folders())
+
+
+def test_dimensions_are_never_taken_for_another_type() -> None:
+    looks = {kept_code.looks_of([np.zeros((1,) * n, kind)]) for n in (0, 1, 16, 32) for kind in "?bhilBHILfd"}
+    assert len(looks) == 44
+    (deep,) = kept_code.types_of(kept_code.looks_of([np.zeros((1,) * 32)]))
+    assert deep == "f8[32C]"
+
+
+def test_a_zipped_installation_keeps_nothing(tmp_path: Path) -> None:
+    """It has no folder whose sources could be read for their edition."""
+    archive = tmp_path / "package.zip"
+    archive.touch()
+
+    def own(a: Any) -> Any:
+        return a
+
+    own.__module__ = "lampyris.kernels.own"
+    own.__code__ = own.__code__.replace(co_filename=str(archive / "lampyris" / "kernels" / "own.py"))
+    assert not _jit.Kernel(own, ())._is_kept()
+
+
+def made_of(text: str) -> str:
+    """The edition of a kernel of this source, which stands in no file."""
+    scope: dict[str, Any] = {"kernel": _jit.kernel, "clock": clock}
+    exec(compile(text, __file__, "exec"), scope)
+    return str(scope["f"].edition())
+
+
+def test_what_was_read_before_the_files_changed_has_another_edition() -> None:
+    """A process compiles the source that it has read, whatever the file says by then."""
+    sources = (
+        "K = 2\n@kernel()\ndef f(a): return a + K",
+        "K = 3\n@kernel()\ndef f(a): return a + K",
+        "K = 2\n@kernel()\ndef f(a): return a - K",
+        "K = 2\n@kernel()\ndef f(a): return a + 2",
+        "@kernel()\ndef g(a): return a + 1\n@kernel()\ndef f(a): return g(a)",
+        "@kernel()\ndef g(a): return a + 2\n@kernel()\ndef f(a): return g(a)",
+    )
+    editions = [made_of(text) for text in sources]
+    assert len(set(editions)) == len(sources)
+    assert editions == [made_of(text) for text in sources]
+    assert len({edition[:16] for edition in editions}) == 1

@@ -88,6 +88,23 @@ def test_a_numba_that_cannot_be_imported_is_warned_of_once(tmp_path: Path) -> No
     assert "numba cannot be imported, so everything runs in plain Python" in warned
 
 
+@pytest.mark.parametrize("fault", [ImportError("no numba.core"), OSError("libllvmlite.so cannot be loaded")])
+def test_without_a_numba_that_can_be_loaded_it_is_plain(
+    fault: Exception, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """llvmlite raises an OSError where its library is damaged, or must not be executed."""
+
+    def broken() -> None:
+        raise fault
+
+    monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
+    monkeypatch.setattr(_jit, "_without_numba", "")
+    monkeypatch.setattr("lampyris.kernels._machine.load", broken)
+    with pytest.warns(_jit.NoMachineCode, match=str(fault)):
+        assert not _jit.load_numba()
+    assert _jit.why_plain() == "numba cannot be imported"
+
+
 @pytest.mark.nightly
 def test_warming_says_why_nothing_is_compiled() -> None:
     code = (

@@ -84,22 +84,42 @@ def _leave(code: int) -> None:
 
     Taking the interpreter down takes 10 ms of a short call and up to a quarter of a second of others; and where Ctrl-C
     came while some library ran code from a string, Python would end itself by the signal instead, even if the
-    exception was caught. Where processes or other threads were started, or the call is traced, all is ended as usual.
-    That multiprocessing is imported says nothing: SciPy imports it for its own use, and planners that use SciPy took a
-    fifth of a second to end.
+    exception was caught. Where processes or other threads were started, or something waits for the end of the call
+    (:func:`_is_awaited`), all is ended as usual. That multiprocessing is imported says nothing: SciPy imports it for its
+    own use, and planners that use SciPy took a fifth of a second to end.
     """
     processes = sys.modules.get("multiprocessing.process")
     if "joblib" in sys.modules or (processes is not None and processes.active_children()):
         return
     if code != INTERRUPTED:
         others = [t for t in threading.enumerate() if not t.daemon and t is not threading.current_thread()]
-        if others or sys.gettrace() is not None or sys.getprofile() is not None:
+        if others or _is_awaited():
             return
         atexit._run_exitfuncs()
     for stream in (sys.stdout, sys.stderr):
-        with contextlib.suppress(OSError, ValueError):
-            stream.flush()
+        if stream is not None:  # it was closed when the process began
+            with contextlib.suppress(OSError, ValueError):
+                stream.flush()
     os._exit(code)
+
+
+def _is_awaited() -> bool:
+    """Whether something is to happen after the call: a profiler, a debugger or another program runs it, or ``python -i``."""
+    if sys.flags.inspect or sys.gettrace() is not None or sys.getprofile() is not None:
+        return True
+    monitoring = getattr(sys, "monitoring", None)  # of Python 3.12 and later
+    if monitoring is not None and any(monitoring.get_tool(k) is not None for k in range(6)):
+        return True
+    # Above a script, or ``python -m``, there is nothing but runpy.
+    caller = sys._getframe()
+    while caller.f_globals is globals():
+        if caller.f_back is None:
+            return True
+        caller = caller.f_back
+    above = caller.f_back
+    while above is not None and above.f_globals.get("__name__") == "runpy":
+        above = above.f_back
+    return above is not None or caller.f_code.co_name != "<module>"
 
 
 def _note(

@@ -55,7 +55,7 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from pickle import UnpicklingError
-from types import FunctionType
+from types import CodeType, FunctionType
 from typing import Any
 
 import numpy as np
@@ -128,7 +128,7 @@ def on_compile(ear: Callable[[bool], None]) -> None:
     _ears.append(ear)
 
 
-class NoKeptCode(RuntimeWarning):
+class NoMachineCode(RuntimeWarning):
     """numba is installed and cannot be imported: everything works, but in plain Python."""
 
     for_people = True
@@ -160,12 +160,12 @@ def load_numba() -> bool:
 
     try:
         machine.load()
-    except ImportError as error:
+    except (ImportError, OSError) as error:  # OSError: of llvmlite, where its library cannot be loaded
         _without_numba = "numba cannot be imported"
         what = (
             f"numba cannot be imported, so everything runs in plain Python, far slower on large maps: {error}"
         )
-        warnings.warn(NoKeptCode(what), stacklevel=2)
+        warnings.warn(NoMachineCode(what), stacklevel=2)
         return False
     return True
 
@@ -216,6 +216,7 @@ class Kernel:
         self._spent = 0
         self._expensive = False
         self._kept: bool | None = None
+        self._edition = ""
         self._compiled: Callable[..., Any] | None = None
         self._called: Callable[..., Any] | None = None
         self._linked: Callable[..., Any] | None = None
@@ -317,7 +318,8 @@ class Kernel:
                 self.is_ours
                 and not jit_disabled()
                 and kept_code.usable()
-                and kept_code.is_kept(self.full_name, self.edition())
+                and _cache_works(self)
+                and kept_code.is_kept(self.full_name, self._edition_of_files())
             )
         return self._kept and _keeping
 
@@ -391,7 +393,19 @@ class Kernel:
         return self.plain.__module__.startswith("lampyris.kernels.")
 
     def edition(self) -> str:
-        """Of the sources that its machine code depends on."""
+        """Of the sources that its machine code depends on, and of itself as this process has it.
+
+        Files may change while a process runs, as when the package is upgraded. What the process compiles afterwards is still
+        the earlier source, and must not run in processes that have read the new one.
+        """
+        if not self._edition:
+            from lampyris.kernels import _machine as machine
+
+            self._edition = self._edition_of_files() + machine.digest(_content(self, set()))
+        return self._edition
+
+    def _edition_of_files(self) -> str:
+        """The first part of the edition, that of the sources, which takes no time for each kernel."""
         from lampyris.kernels import _machine as machine
 
         return machine.edition(Path(self.plain.__code__.co_filename).resolve().parent)
@@ -611,6 +625,31 @@ def _time_loading(dispatcher: Any, kept: Kernel | None = None) -> None:
             return made
 
     dispatcher.compile = timed
+
+
+def _content(k: Kernel, seen: set[Kernel]) -> Iterator[bytes]:
+    """What a kernel does, in bytes that are the same in each process: its byte code, constants and callees."""
+    seen.add(k)
+    yield from _of_code(k.plain.__code__)
+    scope = k.plain.__globals__
+    for name in k.plain.__code__.co_names:
+        value = scope.get(name)
+        if isinstance(value, Kernel):
+            if value not in seen:
+                yield from _content(value, seen)
+        elif isinstance(value, (int, float, str, tuple, np.generic)):
+            yield f"{name} {value!r}\n".encode()
+
+
+def _of_code(code: CodeType) -> Iterator[bytes]:
+    yield code.co_code
+    yield f"{code.co_names} {code.co_varnames}\n".encode()
+    for value in code.co_consts:
+        if isinstance(value, CodeType):
+            yield from _of_code(value)
+        else:
+            words = sorted(map(repr, value)) if isinstance(value, frozenset) else value
+            yield f"{words!r}\n".encode()
 
 
 def _variant(k: Kernel, form: Callable[[Kernel], Any], helpers: Mapping[Any, Any]) -> FunctionType:

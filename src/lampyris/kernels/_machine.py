@@ -9,7 +9,7 @@ import os
 import pickle
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache, partial
 from importlib.util import find_spec
@@ -231,6 +231,14 @@ def edition(folder: Path = HERE) -> str:
         with open(file, "rb") as stream:
             whole.update(stream.read())
     return whole.hexdigest()[:16]
+
+
+def digest(parts: Iterable[bytes]) -> str:
+    """Eight letters that differ where the bytes do."""
+    whole = hashlib.sha256()
+    for part in parts:
+        whole.update(part)
+    return whole.hexdigest()[:8]
 
 
 def _sources(folder: Path | str) -> Iterator[str]:

@@ -10,7 +10,7 @@ versions of Python, numba and llvmlite, the processor and its features. A digest
 refers to must be known. Otherwise numba loads or compiles the kernel. That is also so
 
 * on other systems than Linux on 64 bits, where this was not tried;
-* where a variable of the environment or a file configures numba (``NUMBA_CACHE_DIR`` excepted).
+* where a variable of the environment or a file configures numba (:data:`NEUTRAL` excepted).
 
 A call looks at the types of its arguments first, 0.1 to 0.2 us for each; then the machine code runs.
 """
@@ -33,11 +33,16 @@ from lampyris._core.system import links_elf
 SUFFIX = ".code"
 """Of the names of files of machine code."""
 HERE = Path(__file__).resolve().parent
+NEUTRAL = ("NUMBA_CACHE_DIR", "NUMBA_NUM_THREADS", "NUMBA_THREADING_LAYER")
+"""Variables of the environment that do not change the machine code of kernels: the folder it is kept in, and threads for
+parallel loops, which no kernel has. Workers of studies are started with the second one."""
 
 _C_ORDER, _F_ORDER, _WRITEABLE = 0x1, 0x2, 0x400
 """Bits of the flags of an array, as NumPy's C interface numbers them."""
 _FLAGS = _C_ORDER | _F_ORDER | _WRITEABLE
-_DTYPES = {np.dtype(name): k << 16 for k, name in enumerate(("?", *"bhilBHIL", "f4", "f8"), 1)}
+_DIMENSIONS, _KIND = 12, 20
+"""Of the numbers that describe arrays, the first bits of these; NumPy's arrays have up to 64 dimensions."""
+_DTYPES = {np.dtype(name): k << _KIND for k, name in enumerate(("?", *"bhilBHIL", "f4", "f8"), 1)}
 _NAMES = {number: kind.str[1:] for kind, number in _DTYPES.items()}
 _SCALARS: dict[type, str] = {kind.type: kind.str[1:] for kind in _DTYPES} | {float: "f8", bool: "b1"}
 
@@ -86,7 +91,7 @@ def looks_of(args: Sequence[Any]) -> Looks:
     for value in args:
         kind = type(value)
         if kind is np.ndarray:
-            looks.append(_DTYPES[value.dtype] | value.ndim << 12 | (value.flags.num & _FLAGS))
+            looks.append(_DTYPES[value.dtype] | value.ndim << _DIMENSIONS | (value.flags.num & _FLAGS))
         elif kind is int:
             if not -(2**63) <= value < 2**63:
                 raise KeyError(kind)
@@ -103,7 +108,8 @@ def types_of(looks: Looks) -> tuple[str, ...]:
 
 def _described(one: int) -> str:
     order = "C" if one & _C_ORDER else "F" if one & _F_ORDER else "A"
-    return array_type(_NAMES[one & ~0xFFFF], one >> 12 & 0xF, order, one & _WRITEABLE != 0)
+    dimensions = (one & (1 << _KIND) - 1) >> _DIMENSIONS
+    return array_type(_NAMES[one >> _KIND << _KIND], dimensions, order, one & _WRITEABLE != 0)
 
 
 def array_type(kind: str, dimensions: int, order: str, writeable: bool) -> str:
@@ -116,23 +122,34 @@ def usable() -> bool:
     """Whether machine code can be kept for, and run in, a process without numba."""
     if not links_elf() or sys.implementation.name != "cpython" or os.path.exists(".numba_config.yaml"):
         return False
-    if any(name.startswith("NUMBA_") and name != "NUMBA_CACHE_DIR" for name in os.environ):
+    if any(name.startswith("NUMBA_") and name not in NEUTRAL for name in os.environ):
         return False
     return all(find_spec(name) is not None for name in ("numba", "llvmlite"))
 
 
 def folders() -> tuple[Path, ...]:
-    """Where machine code is looked for; it is kept in the first of them that can be written to."""
+    """Where machine code is looked for; it is kept in the first of them that can be written to.
+
+    Where the user's cache folder is not an absolute path (``HOME`` is not set and the user is unknown), it is left out: it
+    would be a folder of the working directory.
+    """
     given = os.environ.get("NUMBA_CACHE_DIR")
     if given:
         return (Path(given) / "lampyris_kernels",)
     own = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    return HERE / "__pycache__", Path(own) / "lampyris" / "kernels"
+    users = (Path(own) / "lampyris" / "kernels",) if os.path.isabs(own) else ()
+    return (HERE / "__pycache__", *users)
 
 
 def is_kept(name: str, edition: str) -> bool:
-    """Whether some version of a kernel was kept when this process first asked for one."""
-    start = f"{name}-{edition}-"
+    """Whether some version of a kernel was kept when this process first asked for one.
+
+    Parameters
+    ----------
+    name : of the kernel, with its module.
+    edition : of its sources, or the beginning of it.
+    """
+    start = f"{name}-{edition}"
     return any(file.startswith(start) for folder in folders() for file in _files(folder))
 
 

@@ -26,6 +26,8 @@ from lampyris.kernels.loading import loading
 
 FORMAT = 1
 """Of the files. Those of another format are not read."""
+UNUSABLE = (ImportError, OSError, RuntimeError, AttributeError)
+"""What other versions of llvmlite and numba may come to."""
 
 _lock = threading.RLock()
 _alive: list[object] = []
@@ -53,8 +55,11 @@ def load(name: str, edition: str, types: Sequence[str]) -> Version | None:
     edition : of its sources.
     types : see :func:`.kept_code.types_of`.
     """
-    wanted = file_name(name, edition, types)
     with _lock, cancellation.uninterrupted(), loading():
+        try:
+            wanted = file_name(name, edition, types, processor(_linker()))
+        except UNUSABLE:
+            return None
         for folder in folders():
             found = read(folder / wanted)
             if found is not None:
@@ -62,9 +67,9 @@ def load(name: str, edition: str, types: Sequence[str]) -> Version | None:
     return None
 
 
-def file_name(name: str, edition: str, types: Sequence[str]) -> str:
-    """The name of the file of one version."""
-    digest = blake2b(f"{_versions()} {' '.join(types)}".encode(), digest_size=10).hexdigest()
+def file_name(name: str, edition: str, types: Sequence[str], processor: str) -> str:
+    """The name of the file of one version. Each kind of processor has its own: a cluster's computers may share a folder."""
+    digest = blake2b(f"{_versions()} {processor} {' '.join(types)}".encode(), digest_size=10).hexdigest()
     return f"{name}-{edition}-{digest}{SUFFIX}"
 
 
@@ -90,7 +95,7 @@ def read(file: Path) -> tuple[dict[str, Any], bytes] | None:
         said = json.loads(line)
         if said["digest"] == _digest(said, code):
             return said, code
-    except (OSError, ValueError, LookupError, TypeError):
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
         pass
     return None
 
@@ -105,7 +110,7 @@ def _link(said: dict[str, Any], code: bytes) -> Version | None:
     """The function that object code holds; None: not on this processor, or it refers to something unknown."""
     try:
         llvm = _linker()
-    except (ImportError, OSError, RuntimeError, AttributeError):  # other versions of llvmlite and numba
+    except UNUSABLE:
         return None
     # LLVM ends the process over a symbol that it does not find.
     process = ctypes.CDLL(None)
@@ -119,8 +124,9 @@ def _link(said: dict[str, Any], code: bytes) -> Version | None:
     engine.finalize_object()
     # Numba's machine code asks for the object that holds its constants. Kernels have none, so that any object will do.
     constants = object()
-    place: Any = ctypes.py_object.from_address(engine.get_global_value_address(said["constants"]))
-    place.value = constants
+    place = engine.get_global_value_address(said["constants"])
+    cell: Any = ctypes.py_object.from_address(place)
+    cell.value = constants
     address = engine.get_function_address(said["function"])
     method = _Method(said["kernel"].encode(), address, _WITH_KEYWORDS, None)
     make = ctypes.pythonapi.PyCFunction_NewEx
@@ -169,8 +175,14 @@ def _c_functions_of_numba() -> dict[str, int]:
     return functions
 
 
+@cache
 def processor(llvm: Any) -> str:
-    """The name of this processor, and what it can do."""
+    """The name of this processor, and what it can do.
+
+    Raises
+    ------
+    RuntimeError : LLVM does not know it.
+    """
     return f"{llvm.get_process_triple()} {llvm.get_host_cpu_name()} {llvm.get_host_cpu_features().flatten()}"
 
 
@@ -188,11 +200,15 @@ def keep(name: str, edition: str, dispatcher: Any, given: Sequence[Any]) -> None
     types = types_of_numba(given)
     if types is None:
         return
-    wanted = file_name(name, edition, types)
-    if any(read(folder / wanted) is not None for folder in folders()):
-        return
     from llvmlite import binding
 
+    try:
+        here = processor(binding)
+    except UNUSABLE:
+        return
+    wanted = file_name(name, edition, types, here)
+    if any(read(folder / wanted) is not None for folder in folders()):
+        return
     try:
         made = dispatcher.overloads[tuple(given)]
         if made.objectmode or made.lifted or made.environment.consts:
@@ -201,7 +217,7 @@ def keep(name: str, edition: str, dispatcher: Any, given: Sequence[Any]) -> None
         said: dict[str, Any] = {
             "kernel": name,
             "types": list(types),
-            "processor": processor(binding),
+            "processor": here,
             "function": made.fndesc.llvm_cpython_wrapper_name,
             "constants": made.fndesc.env_name,
             "needs": sorted(undefined(code)),

@@ -1,4 +1,4 @@
-"""Planners of fleets by name, found by entry point: built-in and third-party alike."""
+"""Planners of fleets by name: those of this package, and those that others register as entry points."""
 
 from __future__ import annotations
 

@@ -275,7 +275,7 @@ class CompiledPeriods:
             drawn += w.spec.count + 2
         st[o.WALKERS], st[o.PER_TICK] = len(traffic.walkers), drawn
         st[o.DRAWN_UNTIL] = running.ticks
-        bits = [shape.step_bits() for _, shape in tables.values()] or [np.zeros(1, dtype=np.uint8)]
+        bits = [shape.step_bits() for _, shape in tables.values()] or [frozen(np.zeros(1, dtype=np.uint8))]
         open_steps = bits[0] if len(bits) == 1 else frozen(np.concatenate(bits))
         return taken, left, gone, _ints(rows), _ints(own), open_steps
 
