@@ -7,12 +7,10 @@ file that cannot be read or written), 4 no path or not arrived (a valid answer),
 
 from __future__ import annotations
 
-import atexit
 import contextlib
 import gc
 import os
 import sys
-import threading
 import warnings
 from typing import Any
 
@@ -33,8 +31,7 @@ THREADS = ("OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", "OMP_NUM_THREADS")
 def program() -> None:
     """:func:`main` as the whole of a process.
 
-    What there is at its end goes with the process: neither is it searched for garbage, an eighth of the time of a short
-    call, nor is it taken down piece by piece, a twentieth.
+    What there is at its end goes with the process and is not searched for garbage: an eighth of the time of a short call.
     Unless the environment says how many threads OpenBLAS shall start, it starts none: starting them is a third of the
     processor time of importing NumPy, and no verb multiplies large matrices.
     """
@@ -43,10 +40,6 @@ def program() -> None:
         os.environ[THREADS[0]] = "1"
     try:
         main()
-    except SystemExit as done:
-        if done.code is None or type(done.code) is int:
-            _leave(done.code or 0)
-        raise
     finally:
         gc.freeze()
 
@@ -66,7 +59,7 @@ def main() -> None:
         _run()
     except SystemExit as done:
         if done.code == INTERRUPTED and not isinstance(done, Interrupted):
-            _leave(INTERRUPTED)
+            _leave()
         raise
     finally:
         gc.set_threshold(*threshold)
@@ -79,47 +72,21 @@ def main() -> None:
             sys.stdout, sys.stderr = stdout, stderr
 
 
-def _leave(code: int) -> None:
-    """End at once with this exit code, what is registered with :mod:`atexit` run; everything else is unwound already.
+def _leave() -> None:
+    """End at once with the right exit code; everything is unwound already.
 
-    Taking the interpreter down takes 10 ms of a short call and up to a quarter of a second of others; and where Ctrl-C
-    came while some library ran code from a string, Python would end itself by the signal instead, even if the
-    exception was caught. Where processes or other threads were started, or something waits for the end of the call
-    (:func:`_is_awaited`), all is ended as usual. That multiprocessing is imported says nothing: SciPy imports it for its
-    own use, and planners that use SciPy took a fifth of a second to end.
+    Taking the interpreter down takes up to a quarter of a second; and where Ctrl-C came while some library
+    ran code from a string, Python would end itself by the signal instead, even if the exception was caught.
+    Where processes were started, they are ended as usual. That multiprocessing is imported says
+    nothing: SciPy imports it for its own use, and planners that use SciPy took a fifth of a second to end.
     """
     processes = sys.modules.get("multiprocessing.process")
     if "joblib" in sys.modules or (processes is not None and processes.active_children()):
         return
-    if code != INTERRUPTED:
-        others = [t for t in threading.enumerate() if not t.daemon and t is not threading.current_thread()]
-        if others or _is_awaited():
-            return
-        atexit._run_exitfuncs()
     for stream in (sys.stdout, sys.stderr):
-        if stream is not None:  # it was closed when the process began
-            with contextlib.suppress(OSError, ValueError):
-                stream.flush()
-    os._exit(code)
-
-
-def _is_awaited() -> bool:
-    """Whether something is to happen after the call: a profiler, a debugger or another program runs it, or ``python -i``."""
-    if sys.flags.inspect or sys.gettrace() is not None or sys.getprofile() is not None:
-        return True
-    monitoring = getattr(sys, "monitoring", None)  # of Python 3.12 and later
-    if monitoring is not None and any(monitoring.get_tool(k) is not None for k in range(6)):
-        return True
-    # Above a script, or ``python -m``, there is nothing but runpy.
-    caller = sys._getframe()
-    while caller.f_globals is globals():
-        if caller.f_back is None:
-            return True
-        caller = caller.f_back
-    above = caller.f_back
-    while above is not None and above.f_globals.get("__name__") == "runpy":
-        above = above.f_back
-    return above is not None or caller.f_code.co_name != "<module>"
+        with contextlib.suppress(OSError, ValueError):
+            stream.flush()
+    os._exit(INTERRUPTED)
 
 
 def _note(
