@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from lampyris.planning.sampling import connected
+from lampyris.planning.field import connected
 
 
 @pytest.mark.parametrize("corners", [True, False])
