@@ -137,7 +137,7 @@ def test_the_work_after_a_pass_is_known_of_this_numba() -> None:
     assert PostProcessor.run.__module__ == shortcuts.__name__
 
 
-def test_sizes_are_asked_for_once_and_no_c_function_is_made_within_shortcuts_alone() -> None:
+def test_sizes_are_asked_for_once_within_shortcuts_alone() -> None:
     asked: list[str] = []
 
     def measure(self: Any, kind: str) -> int:
@@ -150,20 +150,16 @@ def test_sizes_are_asked_for_once_and_no_c_function_is_made_within_shortcuts_alo
         def codegen(self) -> str:
             return "here"
 
-    quick, made, copies = shortcuts._sizes(measure), [], [Context() for _ in range(3)]
+    quick, copies = shortcuts._sizes(measure), [Context() for _ in range(3)]
     kept = [weakref.ref(copy) for copy in copies]
-    wrap = shortcuts._unless_ours(made.append)
     for _ in range(2):
         assert quick(copies[0], "i64") == 3
-        wrap("one")
-    assert len(asked) == len(made) == 2
+    assert len(asked) == 2
     with shortcuts.shortcuts():
         while copies:
             assert quick(copies[-1], "i64") == 3
             assert quick(copies.pop(), "double") == 6
-            wrap("two")
     assert asked == ["i64", "i64", "i64", "double"]
-    assert made == ["one", "one"]
     gc.collect()
     assert [ref() for ref in kept] == [None] * 3
 
@@ -184,8 +180,16 @@ def both(values: Any, found: Any) -> None:
         found[k] = _twice(values, k) - _square(values, k)
 
 
+def _demand_known_finish() -> None:
+    """Skip the test with the oldest versions of numba, which finish libraries otherwise."""
+    finish = numba.core.codegen.CPUCodeLibrary.finalize
+    if finish.__module__ != shortcuts.__name__ and "_reload_init" not in finish.__code__.co_names:
+        pytest.skip("this numba finishes libraries by itself")
+
+
 def test_what_a_kernel_calls_is_compiled_within_it_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Numba knew two functions that a kernel calls by one object once, and took one for the other."""
+    _demand_known_finish()
     monkeypatch.setattr(_jit, "_keeping", False)
     values, found = np.arange(7), np.zeros(7, dtype=np.int64)
     made: Any = both.compiled()
@@ -203,6 +207,7 @@ def test_what_a_kernel_calls_is_compiled_within_it_alone(monkeypatch: pytest.Mon
 
 def test_how_libraries_are_finished_is_known_of_this_numba() -> None:
     """Where numba's own has changed, what kernels call is compiled by itself as well; then this is to be looked at."""
+    _demand_known_finish()
     from numba.core.codegen import CPUCodeLibrary
     from numba.core.cpu import CPUContext
 

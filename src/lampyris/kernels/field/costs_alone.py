@@ -6,11 +6,14 @@ from lampyris.kernels._jit import kernel, stopped, u64
 
 LOOK = 1024
 """Places of the queue between two looks at the flag that stops it."""
+LAPS = 4
+"""Times that the queue is gone through at most: on most maps twice is enough, but where each of many detours has more steps and
+a lower cost than the direct way, a cell is expanded once for each of those before it."""
 
 
 @kernel(out=("cost", "queue", "waits"), each=900)
 def costs_alone(cost, queue, waits, steps, goal, halt):
-    """Lower costs cell by cell until no step lowers any, in the order of a queue.
+    """Lower costs cell by cell until no step lowers any, in the order of a queue; 1, or 0 where that takes too many expansions.
 
     Which cell comes first does not matter for what comes out. A cell that is lowered again is expanded again: on the
     published and the bundled maps 1.0 to 1.9 expansions a cell with octile moves, on random ones 35 % blocked up to 2.4.
@@ -18,7 +21,7 @@ def costs_alone(cost, queue, waits, steps, goal, halt):
     Parameters
     ----------
     cost : int32 or int64, (n,), padded; -1 in walls and border, more than any cost elsewhere.
-    queue : uint32, (n,); scratch.
+    queue : uint32, one more than free cells; scratch. After LAPS times as many expansions it is given up.
     waits : uint8, (n,), 0; which cells are in the queue.
     steps : int64, (4 m,): of each step its offset, those of the two cells that must be free besides (the end itself where
         there is none), and its cost.
@@ -30,13 +33,17 @@ def costs_alone(cost, queue, waits, steps, goal, halt):
     queue[u64(0)] = goal
     head = u64(0)
     tail = one
+    laps = 0
     while head != tail:
         if head & u64(LOOK - 1) == u64(0) and stopped(halt):
-            return
+            return 0
         p = u64(queue[head])
         head += one
         if head == room:
             head = u64(0)
+            laps += 1
+            if laps == LAPS:
+                return 0
         waits[p] = 0
         d = cost[p]
         for k in range(0, len(steps), 4):
@@ -54,3 +61,4 @@ def costs_alone(cost, queue, waits, steps, goal, halt):
                     tail += one
                     if tail == room:
                         tail = u64(0)
+    return 1

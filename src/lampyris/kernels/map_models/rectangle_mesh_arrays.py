@@ -53,10 +53,11 @@ def _mark_lines(centre: _Mask, free: _Mask, flags: _Bytes) -> None:
     down = here & around[2:, 1:-1] & ~e & ~d
     left = here & centre[1:, :-1] & ~a & ~e
     up = here & centre[:-1, 1:] & ~a & ~b
-    flags[right] |= LINE_X
-    flags[down] |= LINE_Y
-    thin = right | down | left | up
-    flags[thin] = (flags[thin] | PORT) & ~np.uint8(TURN)
+    flags |= right.view(np.uint8) * np.uint8(LINE_X)
+    flags |= down.view(np.uint8) * np.uint8(LINE_Y)
+    thin = (right | down | left | up).view(np.uint8)
+    flags |= thin * np.uint8(PORT)
+    flags &= ~(thin * np.uint8(TURN))
 
 
 def count_sides(owner: _Ints, stride: int) -> int:
@@ -68,10 +69,15 @@ def count_sides(owner: _Ints, stride: int) -> int:
 def count_ports(corner: _Bytes, owner: _Ints, stride: int) -> int:
     """How often a port lies on the rim of a rectangle."""
     at = np.flatnonzero(corner & PORT)
-    around = np.sort(np.stack([owner[at - off] for off in (0, 1, stride, stride + 1)]), axis=0)
-    own = around >= 0
-    own[1:] &= around[1:] != around[:-1]
-    return int(np.count_nonzero(own))
+    # Each rectangle once: where none of the squares before is of it.
+    around: list[_Ints] = [owner[at - off] for off in (0, 1, stride, stride + 1)]
+    count = 0
+    for k, whose in enumerate(around):
+        new = whose >= 0
+        for before in around[:k]:
+            new &= whose != before
+        count += int(np.count_nonzero(new))
+    return count
 
 
 def list_sides(

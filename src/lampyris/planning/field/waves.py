@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lampyris.errors import SettingError
+from lampyris.kernels._jit import Kernel
 from lampyris.kernels.field import bucket_wavefront, descent, wavefront, weighted_descent, weighted_wavefront
 from lampyris.kernels.field.costs_alone import costs_alone
 from lampyris.model.grid import TERRAIN_UNIT
@@ -23,6 +24,7 @@ _BY_HEADS = {
     (MOVES[name].offsets, MOVES[name].corner_cutting)
     for name in ("four-connected", "dissertation", "sixteen-connected")
 }
+_LOOPS = (bucket_wavefront.one_head, bucket_wavefront.two_heads, bucket_wavefront.three_heads)
 
 ALONE = 2**20
 """Cells in a frame up to which costs that are wanted once are filled by the kernel that is compiled sooner."""
@@ -65,18 +67,24 @@ class Wave:
         ------
         SettingError : a step set that no wavefront can serve.
         """
+        self._check(self.moves.costs)
+        loop = self._loop
+        if loop is None:
+            return self._ripple()
+        return self._windows() if loop is wavefront.windows else self._by_heads(loop)
+
+    @property
+    def _loop(self) -> Kernel | None:
+        """The kernel that fills costs over plain ground; None: one of those for any step set."""
         moves = self.moves
-        self._check(moves.costs)
         a, b = moves.unit, moves.diagonal
         if (
             self.frame.dtype is np.int32
             and (moves.offsets, moves.corner_cutting) in _BY_HEADS
             and self._one_price_a_length
         ):
-            return self._by_heads()
-        if self._two_prices and a < b <= 2 * a:
-            return self._windows()
-        return self._ripple()
+            return _LOOPS[len(set(moves.costs)) - 1]
+        return wavefront.windows if self._two_prices and a < b <= 2 * a else None
 
     def run_over(self, terrain: ByteGrid) -> int:
         """Fill the maps over terrain; how many cells were settled, 0 if costs outgrow the frame's.
@@ -133,16 +141,13 @@ class Wave:
         jump, side, other = (column[by] for column in self.frame.table(self.moves))
         return first, -jump, side - jump, other - jump, np.array(prices, dtype=np.int64)
 
-    def _by_heads(self) -> int:
+    def _by_heads(self, loop: Kernel) -> int:
         """Costs level by level, for step sets of :data:`lampyris.model.moves.MOVES` in whole numbers."""
         frame, moves, n = self.frame, self.moves, self.frame.cells
         order, *levels = self._lists((n + AHEAD, np.uint32), (n + 1, np.uint32), (n + 1, np.uint32))
         # Parents come after costs: until then their memory says what is fresh.
         fresh = self.step.view(np.uint8)
         prices = sorted(set(moves.costs))
-        loop = (bucket_wavefront.one_head, bucket_wavefront.two_heads, bucket_wavefront.three_heads)[
-            len(prices) - 1
-        ]
         room = (self._rooms, self.cost, fresh, order, *levels, frame.width, self.goal, self.stop)
         many = loop(*room, *prices, frame.never)
         if self.last == "cost":
@@ -171,21 +176,23 @@ class Wave:
 
     def run_costs_alone(self) -> bool:
         """Fill the costs alone, over plain ground, where that has to be compiled or loaded and takes less time so; whether it
-        is done."""
+        is done: it is not where the kernel gives up."""
         frame = self.frame
         if frame.size > ALONE or self.stop or not (self._two_prices and self._mirrored):
             return False
-        if wavefront.windows.is_loaded or not wavefront.windows.pays(self.cost):
+        self._check(self.moves.costs)
+        loop = self._loop
+        if loop is None or loop.is_loaded or not loop.pays(self.cost):
             return False
         self.cost.fill(-1)
         pad = frame.pad
         inside = self.cost.reshape(frame.rows, frame.width)[pad : frame.rows - pad, pad : frame.width - pad]
         np.copyto(inside, frame.never, where=self.free)
         columns = (*frame.table(self.moves), np.array(self.moves.costs, dtype=np.int64))
-        queue, waits = self._lists((frame.size, np.uint32), (frame.size, np.uint8))
+        room = int(np.count_nonzero(self.free)) + 1
+        queue, waits = self._lists((room, np.uint32), (frame.size, np.uint8))
         waits.fill(0)
-        costs_alone(self.cost, queue, waits, np.stack(columns, axis=1).ravel(), self.goal)
-        return True
+        return bool(costs_alone(self.cost, queue, waits, np.stack(columns, axis=1).ravel(), self.goal))
 
     def _ripple(self) -> int:
         frame, n, costs = self.frame, self.frame.size, self.moves.costs
