@@ -135,7 +135,7 @@ def _remembered(resolve: Callable[..., Any]) -> Callable[..., Any]:
 def _classes(whole: Callable[[Any, Any], Any], types: Any) -> Callable[[Any, Any], Any]:
     """The type of ``numpy.uint64`` and of others like it, which kernels refer to at each index; and that of Python's own
     functions, which numba looks for among all other values first."""
-    known: dict[type, Any] = {}
+    known: dict[Any, Any] = {}
 
     def resolve_value_type(self: Any, val: Any) -> Any:
         if not _ours.depth or not isinstance(val, (type, BuiltinFunctionType)):
@@ -146,7 +146,7 @@ def _classes(whole: Callable[[Any, Any], Any], types: Any) -> Callable[[Any, Any
         if found is None:
             found = whole(self, val)
             if isinstance(found, types.NumberClass):
-                known[val] = found  # type: ignore[index]
+                known[val] = found
         return found
 
     return resolve_value_type
