@@ -462,7 +462,6 @@ NO_LIMITS = {
     "kernels.fleet.lacam.LIMIT", "kernels.fleet.pibt.LIMIT", "kernels.fleet.space_time.AT_MOST",
     "kernels.hybrid.search.LIMIT", "kernels.hybrid.search.WAITING",
     "kernels.map_models.polyanya.LIMIT", "kernels.map_models.quadtree.LIMIT", "kernels.map_models.visibility.LIMIT",
-    "planning.map_models.visibility_search.LONGEST",
     "kernels.graph.any_angle.LIMIT", "kernels.graph.bidirectional.LIMIT", "kernels.incremental.queue.LIMIT",
    "kernels.graph.jps.LIMIT",    "kernels.graph.search.LIMIT", "kernels.spacetime.timed_search.LIMIT",
     "kernels.adgso.tick_speed.OF_LIMIT", "kernels.adgso.tick_speed.OF_WAITING",

@@ -172,7 +172,9 @@ def propagate_and_print(
     outputs.check_outputs(out.force, json=out.json, picture=out.picture)
     scenario = request.scenario()
     print_notes(scenario.notes)
-    drawn = traffic_of(traffic, scenario.scene, scenario.seed)  # which checks the options, without obstacles too
+    drawn = traffic_of(
+        traffic, scenario.scene, scenario.seed
+    )  # which checks the options, without obstacles too
     moving = drawn if traffic.obstacles else None
     with counting("uncertain", "runs", quiet=out.json) as count:
         made = propagate(
