@@ -59,15 +59,18 @@ PART = "_part"
 
 class _Ours(threading.local):
     depth = 0
+    thorough = False
 
 
 _ours = _Ours()
 
 
 @contextmanager
-def shortcuts() -> Iterator[None]:
+def shortcuts(*, thorough: bool = False) -> Iterator[None]:
     """Use the shortcuts for what this thread compiles inside."""
     _install()
+    if not _ours.depth:
+        _ours.thorough = thorough
     _ours.depth += 1
     try:
         yield
@@ -314,11 +317,12 @@ def _variables(
 
 def _registers_alone(whole: Callable[[Any, Any], None], binding: Any) -> Callable[[Any, Any], None]:
     """Of the optimisations of each function by itself only that variables come into registers: the others are all done again
-    when it is in its caller, or in the kernel, and take a third of LLVM's time.
+    when it is in its caller, or in the kernel, and take a third of LLVM's time. Not for kernels that are faster with them:
+    simulations with SIPP were 12 % slower.
     """
 
     def _optimize_functions(self: Any, module: Any) -> None:
-        if not _ours.depth:
+        if not _ours.depth or _ours.thorough:
             whole(self, module)
             return
         module.data_layout = self._codegen._data_layout

@@ -73,6 +73,7 @@ def answer(st, asked, expansions, steps, until, until_tick, timed, following):
     ),
     each=2000,
     of="where",
+    thorough=True,
 )  # fmt: skip
 def advance_adgso(
     st, where, step_x, step_y, taken, left, gone, draws, walkers, own, rates, opened, open_steps,
@@ -144,6 +145,7 @@ def advance_adgso(
     ),
     each=3000,
     of="where",
+    thorough=True,
 )  # fmt: skip
 def advance_sipp(
     st, where, step_x, step_y, taken, left, gone, draws, walkers, own, rates, opened, open_steps,

@@ -367,6 +367,7 @@ def _nearest(st, fs, each, flags):
     ),
     each=4000,
     of="went",
+    thorough=True,
 )  # fmt: skip
 def advance(
     st, fs, path, nodes, squares, above, rail_x, rail_y, cause_of, index_of,

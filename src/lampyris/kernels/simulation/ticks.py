@@ -297,6 +297,7 @@ def close(st, where, robot_steps, taken, left, step_x, step_y, marks):
     ),
     each=2000,
     of="where",
+    thorough=True,
 )  # fmt: skip
 def advance(
     st, where, step_x, step_y, taken, left, gone, draws, walkers, own, rates, opened, open_steps,
