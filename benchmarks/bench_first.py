@@ -19,7 +19,7 @@ HOW = """Seconds of processor time from the start of a process to its end, with 
 `lampyris plan MAP --planner NAME` (the clock shows less where two threads work at the same time, and more where other
 processes run), every planner on cells with its own settings, each call a process of its own, planners
 one after the other. Maps are random, 10 % blocked, from corner to corner, read from a `.npy` file. "First" is the first run on
-a machine, one run: no machine code of kernels is kept. "Again" is the middle of three later runs, which find what that
+a machine, one run: no machine code of kernels is kept. "Again" is the middle of five later runs, which find what that
 first run kept. Byte code of Python is kept in both. "Imports of NumPy" is how many times as long as `python -c "import numpy"`,
 which is started after each planner, as `python -c "import numba"` is. Each answer says how much of it is
 planning, and how much loading and compiling machine code, both in processor time, and how many expansions it took."""
@@ -29,7 +29,7 @@ BY_PROCESSOR = f"import time; time.perf_counter = time.process_time; {PLAIN}"
 """What is run: the times that an answer states are then of the processor, too."""
 FIRST_MOST = 2.0
 """Seconds from the start of the process that are aimed at for the first run on a machine."""
-AGAIN = 3
+AGAIN = 5
 """Later runs of each case."""
 BESIDE = {"numpy": "import numpy", "numba": "import numba"}
 """What is started between the planners."""
