@@ -70,6 +70,13 @@ def copied(made: Path, folder: Path) -> list[Path]:
     return files(folder)
 
 
+def content(file: Path) -> tuple[dict[str, Any], bytes]:
+    """What a file of machine code says, and its object code."""
+    found = object_code.read(file)
+    assert found is not None
+    return found
+
+
 VALUES = {
     "int": 5,
     "negative": -(2**63),
@@ -159,9 +166,7 @@ def test_damaged_files_are_not_run(how: str, made: Path, tmp_path: Path) -> None
 def test_code_that_does_not_fit_is_not_run(how: str, made: Path, tmp_path: Path) -> None:
     """Of another processor, or with a symbol that is not known here: LLVM would end the process over it."""
     (file,) = copied(made, tmp_path)
-    found = object_code.read(file)
-    assert found is not None
-    said, code = found
+    said, code = content(file)
     said[how] = "z80" if how == "processor" else [*said["needs"], "lampyris_no_such_symbol"]
     assert object_code._link(said, code) is None
 
@@ -169,9 +174,7 @@ def test_code_that_does_not_fit_is_not_run(how: str, made: Path, tmp_path: Path)
 @needs_linux
 def test_all_that_code_refers_to_is_listed(made: Path) -> None:
     (file,) = files(made)
-    found = object_code.read(file)
-    assert found is not None
-    said, code = found
+    said, code = content(file)
     needs = set(object_code.undefined(code))
     assert needs == set(said["needs"])
     assert {"numba_adapt_ndarray", "PyArg_UnpackTuple"} <= needs
@@ -276,9 +279,7 @@ print(json.dumps(told))
 def test_arguments_are_given_back(made: Path) -> None:
     """A call keeps no reference to what it is given."""
     (file,) = files(made)
-    found = object_code.read(file)
-    assert found is not None
-    version = object_code._link(*found)
+    version = object_code._link(*content(file))
     assert version is not None
     distances, t = np.array([1.0, 2.0, 3.0]), np.zeros(4)
     before = sys.getrefcount(distances), sys.getrefcount(t)
@@ -327,9 +328,7 @@ def test_workers_of_studies_run_kept_code() -> None:
 @needs_linux
 def test_each_kind_of_processor_has_its_own_file(made: Path) -> None:
     (file,) = files(made)
-    found = object_code.read(file)
-    assert found is not None
-    said, _ = found
+    said, _ = content(file)
     name, edition, _ = file.name.split("-")
     here, there = (object_code.file_name(name, edition, said["types"], p) for p in (said["processor"], "z80"))
     assert file.name == here != there

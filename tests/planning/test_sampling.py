@@ -17,7 +17,7 @@ from lampyris._core.cancellation import CancelToken
 from lampyris.errors import SettingError
 from lampyris.kernels.graph.any_angle import CUT, TOUCH, WIDE, sees
 from lampyris.kernels.sampling import batch, draws, growth
-from lampyris.kernels.sampling.buckets import around, dearer, file_node
+from lampyris.kernels.sampling.buckets import around, around_improvable, file_node
 from lampyris.kernels.sampling.lines import line_free
 from lampyris.kernels.sampling.nearest import nearest, node_at, put_node
 from lampyris.model.change import Change
@@ -377,12 +377,12 @@ def test_the_nearest_node_and_those_around() -> None:
         spent = float(rng.uniform(0, 90))
         falls = spent + np.sqrt(d) < cost
         rows = (bucket, link, 8, 8, 1, x, y, cost, px, py, radius)
-        many = dearer(*rows, spent, near)
+        many = around_improvable(*rows, spent, near)
         some = near[:many].tolist()
         assert some == [k for k in found if k in some]  # in the same order
         assert {k for k in found if falls[k]} <= set(some) <= {k for k in found if cost[k] > spent}
         assert len(some) <= sum(falls[found]) + 1
-        many = dearer(*rows, -math.inf, near)
+        many = around_improvable(*rows, -math.inf, near)
         assert near[:many].tolist() == found
 
 

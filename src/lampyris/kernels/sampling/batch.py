@@ -12,7 +12,7 @@ from math import inf
 
 from lampyris.kernels._jit import kernel, stopped, u64
 from lampyris.kernels.lattice.search import _pop, _push
-from lampyris.kernels.sampling.buckets import dearer, file_node, node_at
+from lampyris.kernels.sampling.buckets import around_improvable, file_node, node_at
 from lampyris.kernels.sampling.draws import (
     ANCESTORS,
     BASE,
@@ -124,7 +124,9 @@ def search_batch(
                 child[u64(n)] = -1
                 stale[u64(n)] = 0
                 file_node(bucket, link, wide, base, x, y, n)
-                many = dearer(bucket, link, wide, high, base, node_x, node_y, cost, x, y, radius, -inf, near)
+                many = around_improvable(
+                    bucket, link, wide, high, base, node_x, node_y, cost, x, y, radius, -inf, near
+                )
             else:
                 pick = (next_draw(key, count, DRAWN) * count[JOINED]) >> 32
                 near[u64(0)] = tree[u64(pick)]
@@ -157,7 +159,9 @@ def search_batch(
             x = int(node_x[u64(v)])
             y = int(node_y[u64(v)])
             spent = cost[u64(v)] + 0.0
-            many = dearer(bucket, link, wide, high, base, node_x, node_y, cost, x, y, radius, spent, near)
+            many = around_improvable(
+                bucket, link, wide, high, base, node_x, node_y, cost, x, y, radius, spent, near
+            )
             for i in range(many):
                 n = int(near[u64(i)])
                 through = spent + length_to(node_x, node_y, n, x, y)

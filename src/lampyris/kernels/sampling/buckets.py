@@ -51,7 +51,7 @@ def around(bucket, link, wide, high, base, node_x, node_y, x, y, radius, near):
                 dx = node_x[u64(n)] - x
                 dy = node_y[u64(n)] - y
                 d = dx * dx + dy * dy
-                # Whether it counts cannot be foreseen: written in any case, which takes less time than a wrong guess.
+                # Written in any case: a branch here would be mispredicted too often.
                 near[u64(count)] = n
                 count += (d > 0) & (d <= most)
                 n = link[u64(n)] - base
@@ -59,9 +59,15 @@ def around(bucket, link, wide, high, base, node_x, node_y, x, y, radius, near):
 
 
 @kernel(out=("near",))
-def dearer(bucket, link, wide, high, base, node_x, node_y, cost, x, y, radius, spent, near):
-    """The same, of nodes that a line from here might make cheaper: that cost more than ``spent`` and the line to them, or
-    as much to within rounding. With minus infinity all."""
+def around_improvable(bucket, link, wide, high, base, node_x, node_y, cost, x, y, radius, spent, near):
+    """The same as :func:`around`, without nodes whose cost a line from the cell cannot lower.
+
+    Parameters
+    ----------
+    cost : float64, the cost of each node.
+    spent : the cost at the cell; a node is kept if its cost exceeds this by at least the length of the line, up to
+        rounding. With minus infinity all nodes are kept.
+    """
     reach = int(radius)
     count = 0
     most = radius * radius
